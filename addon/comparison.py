@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The five-character comparison as data and pictures: renders, per-character measurements, error maps, records."""
+
+import os
+import platform
+import re
+from array import array
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import bpy
+from bpy_extras.object_utils import world_to_camera_view
+
+from ..scenes.five_characters import Character, FiveCharacters
+from . import engines
+from .engines import Engine
+from .measure import error, picture, render
+from .models import Lambert, OrenNayar
+
+PICTURE_WORK, MEASUREMENT_WORK = 12.0, 1.0  # about how long each takes, in any unit
+
+type Record = dict[str, str | int | float | None]
+
+
+class Progress(Protocol):
+    """Somebody who wants to know how far the work is."""
+
+    def step(self, text: str, work: float) -> AbstractContextManager[None]: ...
+
+    def within(self, work: float) -> None: ...
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the camera sees of one character, and what the models say of it."""
+
+    character: Character
+    region: render.Region
+    surface: error.Surface
+    distance: array[float]
+    expected: error.Analytic
+    lambert: error.Analytic
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One character in one engine."""
+
+    seen: Seen
+    engine: Engine
+    samples: int
+    seconds: float
+    errors: error.Errors
+    difference: dict[int, float]
+
+
+def work(stage: FiveCharacters, engine_count: int) -> float:
+    """Return the work of a whole comparison, in the units that this module reports to `Progress`."""
+    return engine_count * PICTURE_WORK + (engine_count + 1) * MEASUREMENT_WORK * len(stage.characters)
+
+
+def surfaces(stage: FiveCharacters, progress: Progress) -> list[Seen]:
+    """Return, for each character, its visible surface and the analytic radiance of every pixel under the key light alone."""
+    light = render.light_of(stage.key)
+    camera = tuple(stage.scene.camera.matrix_world.translation)
+    seen = []
+    for character in stage.characters:
+        with (
+            progress.step(f"Analytic  {character.look.label}", MEASUREMENT_WORK),
+            render.measurement_scene(stage.scene, character.subject, stage.key) as scene,
+        ):
+            surface = render.surface(scene, stage.plain)
+            seen.append(
+                Seen(
+                    character,
+                    render.region_of(stage.scene, character.subject),
+                    surface,
+                    error.distances(surface, camera),
+                    error.analytic(surface, character.look.model, camera, light),
+                    error.analytic(surface, Lambert(), camera, light),
+                )
+            )
+    return seen
+
+
+def measure(stage: FiveCharacters, seen: Sequence[Seen], engine: Engine, samples: int, progress: Progress) -> list[Measured]:
+    """Return how `engine` renders each character under the key light alone, without fill, shadows and bounces."""
+    light = render.light_of(stage.key)
+    measured = []
+    for one in seen:
+        with (
+            progress.step(f"Measuring  {engine.label}  {one.character.look.label}", MEASUREMENT_WORK),
+            render.measurement_scene(stage.scene, one.character.subject, stage.key) as scene,
+        ):
+            seconds, rgb = render.radiance(scene, engine, samples)
+            result = error.errors(rgb, one.expected, one.lambert)
+            difference = error.signed_difference(rgb, one.expected, one.surface, light)
+            measured.append(Measured(one, engine, samples, seconds, result, difference))
+    return measured
+
+
+@contextmanager
+def _reported(progress: Progress) -> Iterator[None]:
+    """Pass on the samples that Blender reports while it renders a picture."""
+
+    def report(text: str, _: object = None) -> None:
+        found = re.search(r"(\d+) ?/ ?(\d+)", text.rpartition("|")[2])
+        if found and int(found[2]):
+            progress.within(PICTURE_WORK * int(found[1]) / int(found[2]))
+
+    bpy.app.handlers.render_stats.append(report)
+    try:
+        yield
+    finally:
+        bpy.app.handlers.render_stats.remove(report)
+
+
+def render_picture(stage: FiveCharacters, engine: Engine, samples: int, folder: Path, progress: Progress) -> None:
+    """Render the whole scene and write five_ENGINE.exr (linear) and five_ENGINE.png (with captions) into `folder`."""
+    scene = stage.scene
+    engines.use(scene, engine, samples)
+    with progress.step(f"Rendering  {engine.label}", PICTURE_WORK), _reported(progress):
+        bpy.ops.render.render(scene=scene.name)
+    result = bpy.data.images["Render Result"]
+    settings = scene.render.image_settings
+    settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGB", "32"
+    result.save_render(str(folder / f"five_{engine.key}.exr"), scene=scene)
+    settings.file_format, settings.color_mode, settings.color_depth = "PNG", "RGB", "8"
+    plain = folder / f"plain_{engine.key}.png"
+    result.save_render(str(plain), scene=scene)
+    labels = [character.look.label for character in stage.characters]
+    picture.caption(plain, folder / f"five_{engine.key}.png", labels, _centers(stage))
+    plain.unlink()
+
+
+def _centers(stage: FiveCharacters) -> list[float]:
+    """Return the x at which each character stands in the picture [pixels]."""
+    scene = stage.scene
+    places = [world_to_camera_view(scene, scene.camera, c.subject.matrix_world.translation) for c in stage.characters]
+    return [place.x * scene.render.resolution_x for place in places]
+
+
+def write_error_maps(stage: FiveCharacters, measured: Sequence[Measured], folder: Path) -> None:
+    """Write error_ENGINE.png for each engine into `folder`; where characters overlap, the nearest one's error is shown."""
+    resolution = stage.scene.render.resolution_x, stage.scene.render.resolution_y
+    for engine in dict.fromkeys(one.engine for one in measured):
+        ours = [one for one in measured if one.engine is engine]
+        nearest: dict[tuple[int, int], tuple[float, float]] = {}
+        for one in ours:
+            region = one.seen.region
+            for pixel, value in one.difference.items():
+                row, column = divmod(pixel, region.width)
+                place = (region.x + column, region.y + region.height - 1 - row)
+                distance = one.seen.distance[pixel]
+                if place not in nearest or distance < nearest[place][0]:
+                    nearest[place] = (distance, value)
+        picture.heat_map(
+            folder / f"error_{engine.key}.png",
+            resolution,
+            {place: value for place, (_, value) in nearest.items()},
+            [f"{one.seen.character.look.label}:  {_percent(one.errors.rms)}" for one in ours],
+            _centers(stage),
+            f"{engine.label} minus analytic value, as a share of a Lambert surface lit head on  (captions: RMS error)",
+        )
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2f} %"
+
+
+def record(one: Measured, albedo: float) -> Record:
+    """Return one character in one engine as compare.json keeps it: seconds, radiances in W/(m^2 sr), errors as shares of 1.
+
+    A figure that cannot be told, as no pixel faces both light and camera or the albedo is 0, is None.
+    """
+    look = one.seen.character.look
+
+    def known(value: float) -> float | None:
+        return value if value == value else None
+
+    return {
+        "name": look.name,
+        "model": type(look.model).__name__,
+        "sigma": look.model.sigma if isinstance(look.model, OrenNayar) else None,
+        "albedo": albedo,
+        "engine": one.engine.key,
+        "samples": one.samples,
+        "render_seconds": one.seconds,
+        "pixels": one.errors.pixels,
+        "rms_error": known(one.errors.rms),
+        "p99_error": known(one.errors.p99),
+        "mean_luminance": known(one.errors.mean_luminance),
+        "luminance_over_lambert": known(one.errors.luminance_over_lambert),
+    }
+
+
+def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return the columns and rows that sum up `records` for people."""
+
+    def show(value: str | int | float | None, form: str, factor: float = 1.0) -> str:
+        return "-" if value is None else form.format(float(value) * factor)
+
+    columns = ("Engine", "Character", "Seconds", "Pixels", "RMS error", "99 % below", "Luminance", "L / Lambert")
+    rows = [
+        (
+            str(r["engine"]),
+            str(r["name"]),
+            show(r["render_seconds"], "{:.1f}"),
+            str(r["pixels"]),
+            show(r["rms_error"], "{:.2f} %", 100.0),
+            show(r["p99_error"], "{:.2f} %", 100.0),
+            show(r["mean_luminance"], "{:.4f}"),
+            show(r["luminance_over_lambert"], "{:.4f}"),
+        )
+        for r in records
+    ]
+    return columns, rows
+
+
+def environment(used: Sequence[Engine]) -> dict[str, object]:
+    """Return what the figures depend on besides the options: machine, Blender, devices, versions."""
+    return {
+        "machine": {
+            "system": platform.platform(),
+            "processor": platform.processor() or platform.machine(),
+            "cores": os.cpu_count(),
+        },
+        "blender": bpy.app.version_string,
+        "blender_build": bpy.app.build_hash.decode(errors="replace"),
+        "python": platform.python_version(),
+        "devices": {engine.key: engines.device(engine) for engine in used},
+    }
+
+
+def save_blend(stage: FiveCharacters, path: Path) -> None:
+    """Write the scene as a file to open in Blender, without the empty scene that Blender started with."""
+    for scene in list(bpy.data.scenes):
+        if scene is not stage.scene:
+            bpy.data.scenes.remove(scene)
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, copy=True)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The render engines: their names in Blender, whether they run here, and their settings for a given number of samples."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import bpy
+
+PROBE_SECONDS = 120  # a cold start of Blender on a slow disk; the probe itself takes about two
+
+
+@dataclass(frozen=True)
+class Engine:
+    """A render engine. `key` names it in scripts and files, `identifier` in Blender, `label` to people."""
+
+    key: str
+    label: str
+    identifier: str
+    apply: Callable[[bpy.types.Scene, int], None]
+
+
+def _apply_eevee(scene: bpy.types.Scene, samples: int) -> None:
+    scene.eevee.taa_render_samples = samples
+    # The vertex normals' default, 10 bits a component, shows as steps in smooth shading.
+    scene.render.use_high_quality_normals = True
+
+
+def _apply_cycles(scene: bpy.types.Scene, samples: int) -> None:
+    scene.cycles.device = "CPU"
+    scene.cycles.samples = samples
+    scene.cycles.seed = 0
+    scene.cycles.use_adaptive_sampling = False
+    scene.cycles.use_denoising = False
+
+
+EEVEE = Engine("eevee", "EEVEE", "BLENDER_EEVEE", _apply_eevee)
+CYCLES = Engine("cycles", "Cycles", "CYCLES", _apply_cycles)
+ENGINES = {engine.key: engine for engine in (EEVEE, CYCLES)}
+
+
+def use(scene: bpy.types.Scene, engine: Engine, samples: int) -> None:
+    """Make `scene` render with `engine` and `samples` per pixel, without denoising, reproducibly."""
+    scene.render.engine = engine.identifier
+    engine.apply(scene, samples)
+
+
+def device(engine: Engine) -> str:
+    """Return what `engine` computes on: the name of the graphics driver's device, or "CPU"."""
+    if engine is CYCLES:
+        return "CPU"
+    import gpu
+
+    if bpy.app.background:
+        gpu.init()
+    return gpu.platform.renderer_get()
+
+
+def eevee_runs_here() -> bool:
+    """Return whether EEVEE finds a graphics driver.
+
+    Blender's process ends with a crash where there is none, so another process is asked.
+    """
+    code = "import bpy, gpu; gpu.init(); gpu.platform.renderer_get()"
+    binary = bpy.app.binary_path
+    command = [binary, "--background", "--factory-startup", "--python-expr", code] if binary else [sys.executable, "-c", code]
+    try:
+        return subprocess.run(command, capture_output=True, timeout=PROBE_SECONDS, check=False).returncode == 0
+    except subprocess.TimeoutExpired:
+        return False

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The analytic radiance of every pixel of a render, and how far the render is from it. No bpy."""
+
+import math
+from array import array
+from dataclasses import dataclass
+
+from ..models import Lambert, Model
+from ..models.vector import Vector, normalize
+
+LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear Rec. 709, ITU-R BT.709
+COVERED = 0.999  # a pixel with less alpha is partly background
+ONE_NORMAL = 0.9999  # a mean normal shorter than this is of several surfaces, at an edge (apart by more than 1.6 degrees)
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What a measurement render sees: one entry per pixel, three floats each, rows from the top as in the file.
+
+    `normal` (the mean of the samples' unit vectors) and `position` in world space [m], `albedo` linear RGB; `alpha` one float per pixel, 1 where covered.
+    """
+
+    normal: array[float]
+    position: array[float]
+    albedo: array[float]
+    alpha: array[float]
+
+
+@dataclass(frozen=True)
+class Light:
+    """A sun: `direction` towards it (unit vector) and `irradiance` E0 [W/m^2] on a plane that faces it."""
+
+    direction: Vector
+    irradiance: float
+
+
+@dataclass(frozen=True)
+class Analytic:
+    """The radiance [W/(m^2 sr)] a model gives, linear RGB, for the listed pixels.
+
+    They are those that face both light and camera and show one surface: an edge inside the pixel has no normal of its own.
+    """
+
+    pixels: array[int]
+    radiance: array[float]
+
+
+@dataclass(frozen=True)
+class Errors:
+    """`rms` and `p99` (99th percentile of the absolute error) are relative to the RMS of the analytic value.
+
+    `mean_luminance` is of the render [W/(m^2 sr)]; `luminance_over_lambert` divides it by that of an ideal Lambert surface with
+    the same albedo, seen in the same pixels.
+    """
+
+    pixels: int
+    rms: float
+    p99: float
+    mean_luminance: float
+    luminance_over_lambert: float
+
+
+def analytic(surface: Surface, model: Model, camera: Vector, light: Light) -> Analytic:
+    """Return what `model` says for each pixel of `surface`, seen from `camera` (a point [m]) under `light` alone."""
+    pixels = array("l")
+    radiance = array("f")
+    position, normal, albedo = surface.position, surface.normal, surface.albedo
+    l = light.direction
+    for pixel, alpha in enumerate(surface.alpha):
+        if alpha < COVERED:
+            continue
+        i = 3 * pixel
+        mean = (normal[i], normal[i + 1], normal[i + 2])
+        if math.hypot(*mean) < ONE_NORMAL:
+            continue
+        n = normalize(mean)
+        v = normalize((camera[0] - position[i], camera[1] - position[i + 1], camera[2] - position[i + 2]))
+        if n[0] * l[0] + n[1] * l[1] + n[2] * l[2] <= 0.0 or n[0] * v[0] + n[1] * v[1] + n[2] * v[2] <= 0.0:
+            continue
+        pixels.append(pixel)
+        radiance.extend(light.irradiance * model.radiance(n, l, v, rho) for rho in albedo[i : i + 3])
+    return Analytic(pixels, radiance)
+
+
+def distances(surface: Surface, camera: Vector) -> array[float]:
+    """Return the distance [m] of every pixel's surface from `camera` (a point [m]); without meaning where there is none."""
+    p = surface.position
+    return array("f", (math.dist(camera, p[i : i + 3]) for i in range(0, len(p), 3)))
+
+
+def luminance(rgb: array[float], i: int) -> float:
+    """Return the luminance of the pixel whose red is at index `i` of `rgb`."""
+    return LUMINANCE[0] * rgb[i] + LUMINANCE[1] * rgb[i + 1] + LUMINANCE[2] * rgb[i + 2]
+
+
+def errors(rendered: array[float], expected: Analytic, lambert: Analytic) -> Errors:
+    """Return how far `rendered` (linear RGB of the whole region) is from `expected`; NaN where there is nothing to compare.
+
+    rms = sqrt(sum (L - Lref)^2 / sum Lref^2) over all channels of the expected pixels.
+    """
+    count = len(expected.pixels)
+    if count == 0:
+        return Errors(0, math.nan, math.nan, math.nan, math.nan)
+    squares = reference = shown = ideal = 0.0
+    deviations = []
+    for k, pixel in enumerate(expected.pixels):
+        i, j = 3 * pixel, 3 * k
+        square = 0.0
+        for channel in range(3):
+            value = expected.radiance[j + channel]
+            square += (rendered[i + channel] - value) ** 2
+            reference += value * value
+        squares += square
+        deviations.append(square)
+        shown += luminance(rendered, i)
+        ideal += luminance(lambert.radiance, j)
+    if reference == 0.0:
+        return Errors(count, math.nan, math.nan, shown / count, math.nan)
+    deviations.sort()
+    return Errors(
+        pixels=count,
+        rms=math.sqrt(squares / reference),
+        p99=math.sqrt(deviations[min(count - 1, int(0.99 * count))] * count / reference),
+        mean_luminance=shown / count,
+        luminance_over_lambert=shown / ideal,
+    )
+
+
+def signed_difference(rendered: array[float], expected: Analytic, surface: Surface, light: Light) -> dict[int, float]:
+    """Return, by pixel, the luminance error as a share of what a Lambert surface of the pixel's albedo shows when lit head on."""
+    white = Lambert().radiance((0.0, 0.0, 1.0), (0.0, 0.0, 1.0), (0.0, 0.0, 1.0), 1.0) * light.irradiance
+    difference = {}
+    for k, pixel in enumerate(expected.pixels):
+        error = luminance(rendered, 3 * pixel) - luminance(expected.radiance, 3 * k)
+        difference[pixel] = error / (white * max(luminance(surface.albedo, 3 * pixel), 1e-6))
+    return difference

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures for people: captions under a render, and the error as a heat map with its scale. Text is drawn by Blender's `blf`."""
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import blf
+import imbuf
+from imbuf.types import ImBuf
+
+INTER = 0  # blf's default font, Blender's bundled Inter
+TEXT_SIZE = 0.021  # of the picture's width
+STRIP_HEIGHT = 2.6  # of the text size
+BACKGROUND = bytes((24, 24, 26, 255))
+TEXT_COLOR = (0.93, 0.93, 0.93, 1.0)
+NOT_MEASURED = (58, 58, 62)
+SCALE_KNEE = 0.003  # errors below it are near white
+SCALE_MARKS = (-1.0, -0.1, -0.01, 0.0, 0.01, 0.1, 1.0)
+# Blue - white - red, equally light on both sides (after C. Brewer's RdBu), from -1 over 0 to +1.
+DIVERGING = ((5, 48, 97), (67, 147, 195), (247, 247, 247), (214, 96, 77), (103, 0, 31))
+
+
+def diverging_color(value: float) -> tuple[int, int, int]:
+    """Return the 8-bit sRGB color for `value`, clamped to [-1, 1]: blue is too dark, red too bright, white right."""
+    place = (max(-1.0, min(1.0, value)) + 1.0) / 2.0 * (len(DIVERGING) - 1)
+    index = min(int(place), len(DIVERGING) - 2)
+    low, high = DIVERGING[index], DIVERGING[index + 1]
+    red, green, blue = (round(a + (b - a) * (place - index)) for a, b in zip(low, high, strict=True))
+    return red, green, blue
+
+
+def _canvas(width: int, height: int) -> ImBuf:
+    image = imbuf.new((width, height))
+    with image.with_buffer(write=True) as pixels:
+        pixels.cast("B")[:] = BACKGROUND * (width * height)
+    return image
+
+
+def _write_row(image: ImBuf, texts: Sequence[str], centers: Sequence[float], baseline: float, size: float) -> None:
+    """Draw `texts` around the x `centers` [pixels] on one line, all in one size, at most `size`, at which none meets its neighbor."""
+    blf.size(INTER, size)
+    widths = [blf.dimensions(INTER, text)[0] for text in texts]
+    limits = [0.0, *((a + b) / 2.0 for a, b in pairwise(centers)), float(image.size[0])]
+    room = [2.0 * min(c - low, high - c) for c, (low, high) in zip(centers, pairwise(limits), strict=True)]
+    shrink = min(1.0, *(0.94 * r / w for r, w in zip(room, widths, strict=True) if w > 0.0))
+    blf.size(INTER, size * shrink)
+    blf.color(INTER, *TEXT_COLOR)
+    with blf.bind_imbuf(INTER, image):
+        for text, center, width in zip(texts, centers, widths, strict=True):
+            blf.position(INTER, center - shrink * width / 2.0, baseline, 0.0)
+            blf.draw_buffer(INTER, text)
+
+
+def caption(source: Path, target: Path, captions: Sequence[str], centers: Sequence[float]) -> None:
+    """Write the picture `source` to `target` with a strip below it that says `captions` around the x `centers` [pixels]."""
+    picture = imbuf.load(str(source))
+    width, height = picture.size
+    size = TEXT_SIZE * width
+    strip = round(STRIP_HEIGHT * size)
+    image = _canvas(width, height + strip)
+    with picture.with_buffer() as old, image.with_buffer(write=True) as new:
+        new.cast("B")[4 * width * strip :] = old.cast("B")
+    _write_row(image, captions, centers, 0.9 * size, size)
+    imbuf.write(image, filepath=str(target))
+
+
+def scale_place(value: float) -> float:
+    """Return where the signed share `value` lies on the heat map's scale, in [-1, 1]: linear up to SCALE_KNEE, logarithmic above."""
+    place = math.log1p(abs(value) / SCALE_KNEE) / math.log1p(1.0 / SCALE_KNEE)
+    return math.copysign(min(1.0, place), value)
+
+
+def heat_map(
+    target: Path,
+    resolution: tuple[int, int],
+    difference: Mapping[tuple[int, int], float],
+    captions: Sequence[str],
+    centers: Sequence[float],
+    title: str,
+) -> None:
+    """Write `difference`, signed shares by pixel (x, y) from the bottom left, as a picture: blue too dark, red too bright.
+
+    Below it `captions` around the x `centers` [pixels], the scale, which is the same for every picture, and `title`. Pixels
+    without a value are gray.
+    """
+    width, height = resolution
+    size = TEXT_SIZE * width
+    scale_strip = round(4.6 * size)
+    strip = scale_strip + round(STRIP_HEIGHT * size)
+    left, right = round(0.2 * width), round(0.8 * width)
+    middle, half = (left + right) / 2.0, (right - left) / 2.0
+    image = _canvas(width, height + strip)
+    with image.with_buffer(write=True) as pixels:
+        flat = pixels.cast("B")
+        flat[4 * width * strip :] = bytes((*NOT_MEASURED, 255)) * (width * height)
+        for (x, y), value in difference.items():
+            start = 4 * ((y + strip) * width + x)
+            flat[start : start + 3] = bytes(diverging_color(scale_place(value)))
+        bar = b"".join(bytes((*diverging_color((x - middle) / half), 255)) for x in range(left, right))
+        for y in range(round(3.2 * size), round(4.2 * size)):
+            start = 4 * (y * width + left)
+            flat[start : start + len(bar)] = bar
+    _write_row(image, captions, centers, scale_strip + 0.9 * size, size)
+    labels = ["0" if mark == 0.0 else f"{100.0 * mark:+g} %".replace("-", "\u2212") for mark in SCALE_MARKS]
+    _write_row(image, labels, [middle + half * scale_place(mark) for mark in SCALE_MARKS], 2.1 * size, 0.8 * size)
+    _write_row(image, [title], [width / 2.0], 0.7 * size, 0.8 * size)
+    imbuf.write(image, filepath=str(target))

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Measurement renders: one object under one sun, without fill, shadows and bounces, every sample at the pixel's center."""
+
+import math
+import tempfile
+import time
+from array import array
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+from bpy_extras.object_utils import world_to_camera_view
+from mathutils import Vector as BlenderVector
+
+from .. import engines
+from .error import Light, Surface
+
+SURFACE_SAMPLES = 16  # enough to see that an edge runs through the pixel's center
+MARGIN = 2  # pixels around the object's outline, so that none is lost to rounding
+
+
+@dataclass(frozen=True)
+class Region:
+    """A rectangle of the frame in pixels; `x`, `y` its corner at the bottom left."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+
+def region_of(scene: bpy.types.Scene, subject: bpy.types.Object) -> Region:
+    """Return the part of `scene`'s frame that holds `subject`, as its camera sees it."""
+    width, height = scene.render.resolution_x, scene.render.resolution_y
+    corners = [
+        world_to_camera_view(scene, scene.camera, subject.matrix_world @ BlenderVector(corner)) for corner in subject.bound_box
+    ]
+
+    def span(values: list[float], size: int) -> tuple[int, int]:
+        low = max(0, math.floor(min(values) * size) - MARGIN)
+        high = min(size, math.ceil(max(values) * size) + MARGIN)
+        return (low, max(low + 1, high)) if low < size else (size - 1, size)
+
+    left, right = span([corner.x for corner in corners], width)
+    bottom, top = span([corner.y for corner in corners], height)
+    return Region(left, bottom, right - left, top - bottom)
+
+
+@contextmanager
+def measurement_scene(source: bpy.types.Scene, subject: bpy.types.Object, sun: bpy.types.Object) -> Iterator[bpy.types.Scene]:
+    """Yield a scene with `source`'s camera, `subject` and `sun` (without shadow) alone, framed on `subject`; `source` stays as it is."""
+    scene = bpy.data.scenes.new("True Diffuse Measurement")
+    lamp = bpy.data.objects.new("Measurement Sun", sun.data.copy())
+    lamp.data.use_shadow = False
+    lamp.data.angle = 0.0
+    lamp.matrix_world = sun.matrix_world
+    for item in (subject, source.camera, lamp):
+        scene.collection.objects.link(item)
+    scene.camera = source.camera
+    render = scene.render
+    render.resolution_x, render.resolution_y = source.render.resolution_x, source.render.resolution_y
+    render.resolution_percentage = 100
+    region = region_of(scene, subject)
+    render.use_border = render.use_crop_to_border = True
+    render.border_min_x, render.border_max_x = region.x / render.resolution_x, (region.x + region.width) / render.resolution_x
+    render.border_min_y, render.border_max_y = region.y / render.resolution_y, (region.y + region.height) / render.resolution_y
+    render.film_transparent = True
+    render.filter_size = 0.0
+    scene.cycles.pixel_filter_type = "BLACKMAN_HARRIS"  # the width of BOX cannot be set
+    scene.cycles.filter_width = 0.01
+    scene.cycles.max_bounces = 0
+    scene.cycles.light_sampling_threshold = 0.0  # else dim light is dropped at random
+    scene.eevee.use_shadows = False
+    scene.eevee.use_raytracing = False
+    render.image_settings.media_type = "MULTI_LAYER_IMAGE"
+    render.image_settings.file_format = "OPEN_EXR_MULTILAYER"
+    render.image_settings.color_depth = "32"
+    try:
+        yield scene
+    finally:
+        light = lamp.data
+        bpy.data.objects.remove(lamp)
+        bpy.data.lights.remove(light)
+        bpy.data.scenes.remove(scene)
+
+
+def read_exr(path: Path) -> dict[str, array[float]]:
+    """Return the channels of all parts of an OpenEXR file by name, rows from the top. Raises OSError where it cannot be read."""
+    bpy.utils.expose_bundled_modules()
+    import OpenImageIO as oiio
+
+    file = oiio.ImageInput.open(str(path))
+    if file is None:
+        raise OSError(f"cannot read {path}: {oiio.geterror()}")
+    channels = {}
+    part = 0
+    while file.seek_subimage(part, 0):
+        for index, name in enumerate(file.spec(part).channelnames):
+            values = array("f")
+            values.frombytes(file.read_image(part, 0, index, index + 1, "float").tobytes())
+            channels[name] = values
+        part += 1
+    file.close()
+    return channels
+
+
+def _interleave(channels: dict[str, array[float]], name: str, components: str) -> array[float]:
+    planes = [next(values for key, values in channels.items() if key.endswith(f"{name}.{c}")) for c in components]
+    result = array("f", bytes(4 * len(components) * len(planes[0])))
+    for offset, plane in enumerate(planes):
+        result[offset :: len(components)] = plane
+    return result
+
+
+def _render(scene: bpy.types.Scene) -> tuple[float, dict[str, array[float]]]:
+    with tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder:
+        path = Path(folder) / "measurement.exr"
+        scene.render.filepath = str(path)
+        start = time.perf_counter()
+        bpy.ops.render.render(write_still=True, scene=scene.name)
+        seconds = time.perf_counter() - start
+        return seconds, read_exr(path)
+
+
+def surface(scene: bpy.types.Scene, plain: bpy.types.Material) -> Surface:
+    """Return normal, position and albedo of every pixel of a measurement scene.
+
+    Cycles renders them, in 32-bit floats, at the same pixel centers that either engine is measured at. `plain` is a Diffuse
+    material with the subject's albedo: Cycles' Normal pass is the mean of the closures' normals, so bent ones would show in it.
+    """
+    engines.use(scene, engines.CYCLES, SURFACE_SAMPLES)
+    layer = scene.view_layers[0]
+    layer.use_pass_normal = layer.use_pass_position = layer.use_pass_diffuse_color = True
+    layer.material_override = plain
+    _, channels = _render(scene)
+    layer.material_override = None
+    layer.use_pass_normal = layer.use_pass_position = layer.use_pass_diffuse_color = False
+    return Surface(
+        normal=_interleave(channels, "Normal", "XYZ"),
+        position=_interleave(channels, "Position", "XYZ"),
+        albedo=_interleave(channels, "Diffuse Color", "RGB"),
+        alpha=_interleave(channels, "Combined", "A"),
+    )
+
+
+def radiance(scene: bpy.types.Scene, engine: engines.Engine, samples: int) -> tuple[float, array[float]]:
+    """Return the seconds that the render of a measurement scene took, and its linear RGB radiance [W/(m^2 sr)]."""
+    engines.use(scene, engine, samples)
+    seconds, channels = _render(scene)
+    return seconds, _interleave(channels, "Combined", "RGB")
+
+
+def light_of(sun: bpy.types.Object) -> Light:
+    """Return the direction and irradiance of a white sun lamp; its Strength is the irradiance [W/m^2]."""
+    towards = sun.matrix_world.to_3x3() @ BlenderVector((0.0, 0.0, 1.0))
+    return Light(tuple(towards.normalized()), sun.data.energy)

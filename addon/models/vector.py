@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The few operations on 3-vectors that the models need, on plain tuples of floats."""
+
+import math
+
+type Vector = tuple[float, float, float]
+
+
+def dot(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def add(a: Vector, b: Vector) -> Vector:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+def scale(a: Vector, factor: float) -> Vector:
+    return (a[0] * factor, a[1] * factor, a[2] * factor)
+
+
+def normalize(a: Vector) -> Vector:
+    """Return `a` at length 1, or the zero vector where `a` has no length."""
+    length = math.hypot(*a)
+    return scale(a, 1.0 / length) if length > 0.0 else (0.0, 0.0, 0.0)
+
+
+def from_polar(mu: float, azimuth: float) -> Vector:
+    """Return the unit vector with cosine `mu` to the z axis, `azimuth` in radians from the x axis."""
+    sine = math.sqrt(max(0.0, 1.0 - mu * mu))
+    return (sine * math.cos(azimuth), sine * math.sin(azimuth), mu)

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Operators: thin wrappers that hand the work to the library."""
+
+import bpy
+
+from .nodes import GROUPS
+
+
+class TRUE_DIFFUSE_OT_add_group(bpy.types.Operator):
+    """Add a True Diffuse node group"""
+
+    bl_idname = "true_diffuse.add_group"
+    bl_label = "Add True Diffuse Group"
+    bl_options = {"REGISTER", "UNDO"}
+
+    key: bpy.props.EnumProperty(
+        name="Group",
+        description="Node group to add",
+        items=[(group.key, group.name.removeprefix("True Diffuse "), group.description) for group in GROUPS],
+    )
+
+    @classmethod
+    def description(cls, context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
+        return next(group.description for group in GROUPS if group.key == properties.key)
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        space = context.space_data
+        if space is None or space.type != "NODE_EDITOR" or space.tree_type != "ShaderNodeTree" or space.edit_tree is None:
+            cls.poll_message_set("Open a material in the Shader Editor")
+            return False
+        if not space.edit_tree.is_editable:
+            cls.poll_message_set("The material is linked from another file")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        group = next(group for group in GROUPS if group.key == self.key)
+        tree = context.space_data.edit_tree
+        for node in tree.nodes:
+            node.select = False
+        node = tree.nodes.new("ShaderNodeGroup")
+        node.node_tree = group.ensure()
+        node.width = 220.0
+        node.location = context.space_data.cursor_location
+        tree.nodes.active = node
+        return {"FINISHED"}
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        context.space_data.cursor_location_from_region(event.mouse_region_x, event.mouse_region_y)
+        result = self.execute(context)
+        bpy.ops.node.translate_attach_remove_on_cancel("INVOKE_DEFAULT")
+        return result
+
+
+register, unregister = bpy.utils.register_classes_factory((TRUE_DIFFUSE_OT_add_group,))

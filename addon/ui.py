@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Menus: Shader Editor > Add > True Diffuse."""
+
+import bpy
+
+from .nodes import GROUPS
+from .operators import TRUE_DIFFUSE_OT_add_group
+
+
+class TRUE_DIFFUSE_MT_add(bpy.types.Menu):
+    """Rough diffuse node groups"""
+
+    bl_idname = "TRUE_DIFFUSE_MT_add"
+    bl_label = "True Diffuse"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        for group in GROUPS:
+            label = group.name.removeprefix("True Diffuse ")
+            self.layout.operator(TRUE_DIFFUSE_OT_add_group.bl_idname, text=label).key = group.key
+
+
+def draw_add_menu(self: bpy.types.Menu, context: bpy.types.Context) -> None:
+    """Draw the entry at the end of the Shader Editor's Add menu."""
+    if context.space_data.tree_type == "ShaderNodeTree":
+        self.layout.separator()
+        self.layout.menu(TRUE_DIFFUSE_MT_add.bl_idname, icon="SHADING_RENDERED")
+
+
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory((TRUE_DIFFUSE_MT_add,))
+
+
+def register() -> None:
+    _register_classes()
+    bpy.types.NODE_MT_add.append(draw_add_menu)
+
+
+def unregister() -> None:
+    bpy.types.NODE_MT_add.remove(draw_add_menu)
+    _unregister_classes()

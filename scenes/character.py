@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The subject of a comparison as one mesh: the painted human, Blender's monkey, or the meshes of a file.
+
+Whatever its source, the mesh comes out upright (Z up), facing -Y, standing on z = 0 around the origin, 1.8 m tall, smooth, with
+one material slot and the color attribute ALBEDO_ATTRIBUTE.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import bmesh
+import bpy
+from mathutils import Matrix
+
+from .human import ALBEDO_ATTRIBUTE, HumanDataMissing, human_mesh
+
+HEIGHT = 1.8  # meters
+MONKEY_COLOR = (0.55, 0.36, 0.22)
+FILE_COLOR = (1.0, 1.0, 1.0)  # a file's character is seen at the albedo asked for
+
+
+class CharacterError(Exception):
+    """The character cannot be had; the message is one line for the user."""
+
+
+def load(character: str) -> bpy.types.Mesh:
+    """Return the mesh for "human", "monkey" or the path of a .blend, .usd, .usda, .usdc, .usdz, .glb, .gltf or .obj file.
+
+    Raises CharacterError where there is no such file, it cannot be read, or it holds no faces.
+    """
+    if character == "human":
+        try:
+            mesh = human_mesh()
+        except HumanDataMissing as error:
+            raise CharacterError(str(error)) from error
+        mesh.materials.append(None)
+        return mesh
+    if character == "monkey":
+        return _monkey()
+    return _from_file(Path(character))
+
+
+def _monkey() -> bpy.types.Mesh:
+    mesh = bpy.data.meshes.new("Monkey")
+    shape = bmesh.new()
+    bmesh.ops.create_monkey(shape)
+    bmesh.ops.subdivide_edges(shape, edges=shape.edges, cuts=2, smooth=1.0, use_grid_fill=True)
+    shape.to_mesh(mesh)
+    shape.free()
+    return _finish(mesh, MONKEY_COLOR)
+
+
+def _finish(mesh: bpy.types.Mesh, color: tuple[float, float, float]) -> bpy.types.Mesh:
+    """Stand the mesh on the ground at HEIGHT, shade it smooth and give it one color and one slot."""
+    xs, ys, zs = ([vertex.co[axis] for vertex in mesh.vertices] for axis in range(3))
+    size = max(max(zs) - min(zs), 1e-6)
+    center = (-(min(xs) + max(xs)) / 2, -(min(ys) + max(ys)) / 2, -min(zs))
+    mesh.transform(Matrix.Scale(HEIGHT / size, 4) @ Matrix.Translation(center))
+    mesh.shade_smooth()
+    mesh.materials.clear()
+    mesh.materials.append(None)
+    attribute = mesh.color_attributes.new(ALBEDO_ATTRIBUTE, "FLOAT_COLOR", "POINT")
+    attribute.data.foreach_set("color", (*color, 1.0) * len(mesh.vertices))
+    return mesh
+
+
+def _import_blend(path: Path) -> None:
+    with bpy.data.libraries.load(str(path)) as (source, target):
+        target.objects = source.objects
+    for item in target.objects:
+        bpy.context.collection.objects.link(item)
+
+
+IMPORTERS: dict[str, Callable[[Path], object]] = {
+    ".blend": _import_blend,
+    ".glb": lambda path: bpy.ops.import_scene.gltf(filepath=str(path)),
+    ".gltf": lambda path: bpy.ops.import_scene.gltf(filepath=str(path)),
+    ".obj": lambda path: bpy.ops.wm.obj_import(filepath=str(path)),
+    ".usd": lambda path: bpy.ops.wm.usd_import(filepath=str(path)),
+    ".usda": lambda path: bpy.ops.wm.usd_import(filepath=str(path)),
+    ".usdc": lambda path: bpy.ops.wm.usd_import(filepath=str(path)),
+    ".usdz": lambda path: bpy.ops.wm.usd_import(filepath=str(path)),
+}
+
+
+def _from_file(path: Path) -> bpy.types.Mesh:
+    importer = IMPORTERS.get(path.suffix.lower())
+    if importer is None:
+        known = ", ".join(IMPORTERS)
+        raise CharacterError(f"character {path} is neither human, nor monkey, nor a file of a known kind ({known})")
+    if not path.is_file():
+        raise CharacterError(f"character file {path} does not exist")
+    if path.stat().st_size == 0:
+        raise CharacterError(f"character file {path} is empty")
+    before = set(bpy.data.objects)
+    try:
+        importer(path)
+    except (OSError, RuntimeError) as error:
+        reason = str(error).strip().splitlines()
+        raise CharacterError(f"cannot read {path}: {reason[0] if reason else 'its importer gave no reason'}") from error
+    added = [item for item in bpy.data.objects if item not in before]
+    mesh = _merged(added)
+    for item in added:
+        bpy.data.objects.remove(item)
+    if len(mesh.polygons) == 0:
+        raise CharacterError(f"{path} holds no mesh with faces, or is damaged")
+    return _finish(mesh, FILE_COLOR)
+
+
+def _merged(items: list[bpy.types.Object]) -> bpy.types.Mesh:
+    """Return one mesh of all visible mesh objects in `items` as evaluated: modifiers, poses and transforms applied."""
+    graph = bpy.context.evaluated_depsgraph_get()
+    whole = bmesh.new()
+    for item in items:
+        if item.type != "MESH" or item.hide_render:
+            continue
+        evaluated = item.evaluated_get(graph)
+        part = evaluated.to_mesh()
+        part.transform(item.matrix_world)
+        whole.from_mesh(part)
+        evaluated.to_mesh_clear()
+    bmesh.ops.delete(whole, geom=[v for v in whole.verts if not v.link_faces], context="VERTS")
+    mesh = bpy.data.meshes.new("Character")
+    whole.to_mesh(mesh)
+    whole.free()
+    for attribute in list(mesh.color_attributes):
+        mesh.color_attributes.remove(attribute)
+    return mesh

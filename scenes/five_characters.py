@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The paper's figure: one character five times, side by side, from standard specular over Lambert to rough Oren-Nayar."""
+
+import math
+from dataclasses import dataclass
+
+import bpy
+from mathutils import Matrix, Vector
+
+from ..addon import materials
+from ..addon.models import Lambert, Model, OrenNayar, Specular
+from ..addon.nodes import LAMBERT, OREN_NAYAR, SPECULAR_GROUP, Group
+from .character import ALBEDO_ATTRIBUTE
+
+SIGMAS = (0.0, 0.2, 0.33)  # the figure's caption; the paper's text says 0.3 for the last
+YAW = math.radians(-22.0)  # characters turn a little away from the key light, so that the shadow side is seen
+KEY_DIRECTION = Vector((-0.5, -0.75, 0.5))  # towards the light, from the camera's upper left
+KEY_IRRADIANCE = math.pi  # W/m^2: a white Lambert surface that faces the key then has radiance 1
+FILL_RADIANCE = 0.16  # of the sky all around [W/(m^2 sr)]
+BACKDROP_ALBEDO = 0.12
+LENS = 400.0  # mm on a 36 mm frame: long, so that all five are seen from nearly the same side
+AIR = 0.05  # around the characters, as a share of what is shown of one
+SHOULDERS = 0.55  # of the figure's height from the crown down: what a bust's width is taken from
+# Neighbors of a bust overlap by their arms, the right one in front and out of the left one's shadow; whole figures stand apart.
+BUST_STEP, BUST_STAGGER = 0.78, 0.5  # as shares of a character's width
+FIGURE_STEP, FIGURE_STAGGER = 1.06, 0.0
+
+
+@dataclass(frozen=True)
+class Look:
+    """How one character is shaded: the group that renders it and the model that it should equal."""
+
+    name: str
+    label: str
+    model: Model
+    group: Group
+    inputs: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Character:
+    """One character of the scene."""
+
+    look: Look
+    subject: bpy.types.Object
+
+
+@dataclass(frozen=True)
+class FiveCharacters:
+    """The scene with what a measurement needs of it. `plain` is a Diffuse material with the characters' albedo."""
+
+    scene: bpy.types.Scene
+    characters: tuple[Character, ...]
+    key: bpy.types.Object
+    plain: bpy.types.Material
+
+
+def looks(sigmas: tuple[float, ...] = SIGMAS) -> tuple[Look, ...]:
+    """Return the paper's order: standard specular, Lambert, then Oren-Nayar for each sigma [radians]."""
+    specular = Specular()
+    standard = {"Specular": specular.specular, "Exponent": specular.exponent}
+    rough = (
+        Look(f"oren_nayar_{sigma:g}", f"Oren-Nayar  \u03c3 = {sigma:g}", OrenNayar(sigma), OREN_NAYAR, {"Sigma": sigma})
+        for sigma in sigmas
+    )
+    return (
+        Look("specular", "Standard specular", specular, SPECULAR_GROUP, standard),
+        Look("lambert", "Lambert", Lambert(), LAMBERT, {}),
+        *rough,
+    )
+
+
+def build(
+    mesh: bpy.types.Mesh, albedo: float, bust: bool, resolution: tuple[int, int], sigmas: tuple[float, ...] = SIGMAS
+) -> FiveCharacters:
+    """Return a new scene with `mesh` once per look, its color attribute times `albedo`, framed for `resolution` in pixels.
+
+    `bust` fills the frame's width with head and shoulders; else the whole figures are seen.
+    """
+    scene = bpy.data.scenes.new("True Diffuse Five Characters")
+    scene.render.resolution_x, scene.render.resolution_y = resolution
+    scene.view_settings.view_transform = "Standard"
+    scene.cycles.max_bounces = 4
+    low, high = _bounds(mesh, bust)
+    width = high.x - low.x
+    step, stagger = (BUST_STEP * width, BUST_STAGGER * width) if bust else (FIGURE_STEP * width, FIGURE_STAGGER * width)
+    all_looks = looks(sigmas)
+    characters = []
+    for index, look in enumerate(all_looks):
+        material = materials.create(look.label, look.group, **look.inputs)
+        node = next(node for node in material.node_tree.nodes if node.type == "GROUP")
+        materials.paint(material, node.inputs["Color"], ALBEDO_ATTRIBUTE, albedo)
+        place = index - (len(all_looks) - 1) / 2
+        subject = bpy.data.objects.new(look.label, mesh)
+        centered = Matrix.Translation((place * step - (low.x + high.x) / 2, -place * stagger, 0.0))
+        subject.matrix_world = centered @ Matrix.Rotation(YAW, 4, "Z")
+        scene.collection.objects.link(subject)
+        subject.material_slots[0].link = "OBJECT"
+        subject.material_slots[0].material = material
+        characters.append(Character(look, subject))
+    _camera(scene, step * (len(all_looks) - 1) + width, high.z, bust)
+    _backdrop(scene)
+    _fill(scene)
+    key = _key(scene)
+    scene.view_layers[0].update()
+    return FiveCharacters(scene, tuple(characters), key, _plain(albedo))
+
+
+def _bounds(mesh: bpy.types.Mesh, bust: bool) -> tuple[Vector, Vector]:
+    """Return the corners [m] of one character as turned by YAW; of its upper part alone for a `bust`."""
+    turned = [Matrix.Rotation(YAW, 3, "Z") @ vertex.co for vertex in mesh.vertices]
+    top = max(point.z for point in turned)
+    seen = [point for point in turned if point.z >= top * (1.0 - SHOULDERS)] if bust else turned
+    return (
+        Vector((min(p.x for p in seen), min(p.y for p in seen), min(p.z for p in seen))),
+        Vector((max(p.x for p in seen), max(p.y for p in seen), top)),
+    )
+
+
+def _camera(scene: bpy.types.Scene, width: float, top: float, bust: bool) -> None:
+    """Add a level camera whose frame holds `width` [m] and, for a `bust`, ends a little above `top`; else it holds 0 to `top` centered."""
+    aspect = scene.render.resolution_x / scene.render.resolution_y
+    frame_width = width * (1.0 + AIR / 2)
+    if not bust:
+        frame_width = max(frame_width, top * (1.0 + 2.0 * AIR) * aspect)
+    frame_height = frame_width / aspect
+    middle = top + AIR * min(top, frame_height) - frame_height / 2.0 if bust else top / 2.0
+    camera = bpy.data.cameras.new("Camera")
+    camera.lens, camera.sensor_width, camera.sensor_fit = LENS, 36.0, "HORIZONTAL"
+    distance = frame_width * LENS / 36.0
+    camera.clip_end = 10.0 * distance
+    holder = bpy.data.objects.new("Camera", camera)
+    center = Matrix.Translation((0.0, -distance, middle))
+    holder.matrix_world = center @ Matrix.Rotation(math.pi / 2, 4, "X")
+    scene.collection.objects.link(holder)
+    scene.camera = holder
+
+
+def _key(scene: bpy.types.Scene) -> bpy.types.Object:
+    lamp = bpy.data.lights.new("Key", "SUN")
+    lamp.energy = KEY_IRRADIANCE
+    lamp.angle = 0.0
+    key = bpy.data.objects.new("Key", lamp)
+    key.matrix_world = KEY_DIRECTION.to_track_quat("Z", "Y").to_matrix().to_4x4()
+    scene.collection.objects.link(key)
+    return key
+
+
+def _fill(scene: bpy.types.Scene) -> None:
+    world = bpy.data.worlds.new("Fill")
+    background = next(node for node in world.node_tree.nodes if node.type == "BACKGROUND")
+    background.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    background.inputs["Strength"].default_value = FILL_RADIANCE
+    scene.world = world
+
+
+def _diffuse(name: str) -> tuple[bpy.types.Material, bpy.types.NodeSocket]:
+    """Return a new material of Blender's own Diffuse BSDF, and its color socket."""
+    material = bpy.data.materials.new(name)
+    tree = material.node_tree
+    tree.nodes.clear()
+    node = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    output.location = (250.0, 0.0)
+    tree.links.new(node.outputs[0], output.inputs["Surface"])
+    return material, node.inputs["Color"]
+
+
+def _backdrop(scene: bpy.types.Scene) -> None:
+    """Add the gray floor that the characters stand on and the wall behind them."""
+    material, color = _diffuse("Backdrop")
+    color.default_value = (BACKDROP_ALBEDO, BACKDROP_ALBEDO, BACKDROP_ALBEDO, 1.0)
+    far, size = 6.0, 60.0
+    floor = [(-size, -size, 0.0), (size, -size, 0.0), (size, far, 0.0), (-size, far, 0.0)]
+    wall_top = [(size, far, size), (-size, far, size)]
+    mesh = bpy.data.meshes.new("Backdrop")
+    mesh.from_pydata(floor + wall_top, [], [(0, 1, 2, 3), (3, 2, 4, 5)])
+    mesh.materials.append(material)
+    scene.collection.objects.link(bpy.data.objects.new("Backdrop", mesh))
+
+
+def _plain(albedo: float) -> bpy.types.Material:
+    material, color = _diffuse("Albedo")
+    materials.paint(material, color, ALBEDO_ATTRIBUTE, albedo)
+    return material
