@@ -5,7 +5,7 @@ import os
 import platform
 import re
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -73,16 +73,9 @@ def surfaces(stage: FiveCharacters, progress: Progress) -> list[Seen]:
             render.measurement_scene(stage.scene, character.subject, stage.key) as scene,
         ):
             surface = render.surface(scene, stage.plain)
-            seen.append(
-                Seen(
-                    character,
-                    render.region_of(stage.scene, character.subject),
-                    surface,
-                    error.distances(surface, camera),
-                    error.analytic(surface, character.look.model, camera, light),
-                    error.analytic(surface, Lambert(), camera, light),
-                )
-            )
+            expected, lambert = error.analytic(surface, (character.look.model, Lambert()), camera, light)
+            region = render.region_of(stage.scene, character.subject)
+            seen.append(Seen(character, region, surface, error.distances(surface, camera), expected, lambert))
     return seen
 
 
@@ -103,7 +96,7 @@ def measure(stage: FiveCharacters, seen: Sequence[Seen], engine: Engine, samples
 
 
 @contextmanager
-def _reported(progress: Progress) -> Iterator[None]:
+def _reported(progress: Progress) -> Generator[None]:
     """Pass on the samples that Blender reports while it renders a picture."""
 
     def report(text: str, _: object = None) -> None:
@@ -204,7 +197,7 @@ def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, .
         return "-" if value is None else form.format(float(value) * factor)
 
     columns = ("Engine", "Character", "Seconds", "Pixels", "RMS error", "99 % below", "Luminance", "L / Lambert")
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (
             str(r["engine"]),
             str(r["name"]),

@@ -13,14 +13,14 @@ class TRUE_DIFFUSE_OT_add_group(bpy.types.Operator):
     bl_label = "Add True Diffuse Group"
     bl_options = {"REGISTER", "UNDO"}
 
-    key: bpy.props.EnumProperty(
+    key: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
         name="Group",
         description="Node group to add",
         items=[(group.key, group.name.removeprefix("True Diffuse "), group.description) for group in GROUPS],
     )
 
     @classmethod
-    def description(cls, context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
+    def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
         return next(group.description for group in GROUPS if group.key == properties.key)
 
     @classmethod

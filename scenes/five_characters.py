@@ -118,7 +118,7 @@ def _bounds(mesh: bpy.types.Mesh, bust: bool) -> tuple[Vector, Vector]:
 
 
 def _camera(scene: bpy.types.Scene, width: float, top: float, bust: bool) -> None:
-    """Add a level camera whose frame holds `width` [m] and, for a `bust`, ends a little above `top`; else it holds 0 to `top` centered."""
+    """Add a level camera that frames `width` [m]; a `bust` up to a little above `top`, else all from 0 to `top`."""
     aspect = scene.render.resolution_x / scene.render.resolution_y
     frame_width = width * (1.0 + AIR / 2)
     if not bust:

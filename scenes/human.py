@@ -237,7 +237,7 @@ def _new_part() -> BMesh:
     return part
 
 
-def _part(body: Body, group: str, keep: Callable[[int], bool] = lambda vertex: True) -> BMesh:
+def _part(body: Body, group: str, keep: Callable[[int], bool] = lambda _vertex: True) -> BMesh:
     """The faces of a group whose first vertex is kept, with UVs and ARM_LAYER."""
     part = _new_part()
     arm = part.verts.layers.float.new(ARM_LAYER)
@@ -366,9 +366,7 @@ def _paint_skin(body: Body, head: BMesh) -> None:
 def _eyeball(body: Body, side: str) -> BMesh:
     """A painted eyeball that looks ahead: rings about the gaze, close together where the color changes."""
     center = body.eyes[side]
-    radius = max(
-        (body.points[vertex] - center).length for face in body.faces[f"helper-{side}-eye"] for vertex, _ in face
-    )
+    radius = max((body.points[vertex] - center).length for face in body.faces[f"helper-{side}-eye"] for vertex, _ in face)
     eyeball = _new_part()
     rings = []
     for degrees, color in reversed(EYE_RINGS):
@@ -496,9 +494,7 @@ def _eyebrow(body: Body, head: BMesh, side: str) -> BMesh:
 def _head_parts(body: Body) -> list[BMesh]:
     """The head and neck with eyes, hair and brows."""
     foot = body.joints["neck_01"].z - 0.07
-    head = _subdivided(
-        _part(body, "body", lambda vertex: body.points[vertex].z > foot and abs(body.arms[vertex]) < 0.1)
-    )
+    head = _subdivided(_part(body, "body", lambda vertex: body.points[vertex].z > foot and abs(body.arms[vertex]) < 0.1))
     _paint_skin(body, head)
     cap = _hair_cap(body, head)
     parts = [cap, _hair_locks(body, cap)]
@@ -552,9 +548,7 @@ def _garment(surface: BMesh, garment: Garment) -> BMesh:
         verts = [vert for face in faces for vert in face.verts]
         # Each once, and in an order that does not change from run to run.
         geometry = list(dict.fromkeys([*faces, *edges, *verts]))
-        bmesh.ops.bisect_plane(
-            part, geom=geometry, dist=1e-5, plane_co=cut.point, plane_no=cut.normal, clear_outer=True
-        )
+        bmesh.ops.bisect_plane(part, geom=geometry, dist=1e-5, plane_co=cut.point, plane_no=cut.normal, clear_outer=True)
     _turn_in(part, garment.rim)
     _paint(part, part.verts, garment.color)
     return part

@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 if "true_diffuse" not in sys.modules:
     spec = importlib.util.spec_from_file_location("true_diffuse", ROOT / "__init__.py", submodule_search_locations=[str(ROOT)])
+    assert spec and spec.loader
     module = importlib.util.module_from_spec(spec)
     sys.modules["true_diffuse"] = module
     spec.loader.exec_module(module)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Renders the paper's five characters in EEVEE and Cycles and measures every pixel against the analytic models.
 
-    uv run scripts/compare.py [OPTIONS]
-    blender -b --python scripts/compare.py -- [OPTIONS]
+uv run scripts/compare.py [OPTIONS]
+blender -b --python scripts/compare.py -- [OPTIONS]
 """
 
 import json
@@ -16,6 +16,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from console import BAD_INPUT, BadInput, Parser, Terminal, script_arguments
 from outputs import Staging
+
+try:
+    from rich_terminal import RichTerminal as BestTerminal
+except ImportError:  # in Blender's own Python
+    BestTerminal = Terminal
 
 ENGINE_KEYS = ("eevee", "cycles")
 SAMPLES = {"eevee": 16, "cycles": 32}
@@ -41,7 +46,7 @@ def main() -> int:
     options = parse(script_arguments())
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # so that the staging folder is removed
     try:
-        with Staging(options.out) as staging, Terminal() as terminal:
+        with Staging(options.out) as staging, BestTerminal() as terminal:
             compare(options, staging, terminal)
     except BadInput as error:
         print(f"compare.py: error: {error}", file=sys.stderr)
@@ -58,7 +63,7 @@ def parse(arguments: list[str]) -> Options:
     parser.add_argument(
         "--engine", type=_engines, default=ENGINE_KEYS, metavar="LIST", help="engines, comma separated (default: eevee,cycles)"
     )
-    parser.add_argument("--resolution", type=_resolution, default=(1600, 600), metavar="WxH", help="pixels (default: 1600x600)")
+    parser.add_argument("--resolution", type=_resolution, default=(1280, 480), metavar="WxH", help="pixels (default: 1280x480)")
     parser.add_argument(
         "--samples",
         type=_samples,
@@ -143,8 +148,8 @@ def _albedo(text: str) -> float:
 def compare(options: Options, staging: Staging, terminal: Terminal) -> None:
     """Render, measure and write everything into `staging`, then publish it."""
     terminal.say("Starting Blender")
-    import checkout  # noqa: F401 - makes this checkout the package true_diffuse
     import bpy
+    import checkout  # noqa: F401 - makes this checkout the package true_diffuse
     from true_diffuse.addon import comparison, engines
     from true_diffuse.scenes import character, five_characters
 

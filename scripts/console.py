@@ -1,27 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the scripts show in a terminal: progress, tables, one-line errors; Blender's own chatter goes to a file instead.
+"""What the scripts show in a terminal: progress, tables, one-line errors; Blender's own chatter goes to a log instead.
 
-Rich draws it where it is installed; Blender's own Python lacks it, and then plain lines do.
+Plain lines here; `rich_terminal` draws bars and tables where rich is installed, which it is not in Blender's own Python.
 """
 
 import argparse
 import os
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from types import TracebackType
-from typing import IO, NoReturn
+from typing import NoReturn, Self
 
-try:
-    import rich.console
-    import rich.progress
-    import rich.table
-except ImportError:
-    rich = None
-
-WIDTH = 100  # of output that goes to a file
 BAD_INPUT = 2  # exit status for anything the user can mend
+LOG_LINES = 40  # of Blender's output that are shown after a crash of the script
 
 
 class BadInput(Exception):
@@ -38,7 +31,7 @@ class Parser(argparse.ArgumentParser):
 
 def script_arguments() -> list[str]:
     """Return the script's own arguments: under `blender --python SCRIPT -- ARGUMENTS` those after the two dashes."""
-    if sys.argv and os.path.basename(sys.argv[0]).endswith(".py"):
+    if sys.argv[0].endswith(".py"):
         return sys.argv[1:]
     return sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
 
@@ -46,15 +39,14 @@ def script_arguments() -> list[str]:
 class Terminal:
     """A context in which only what goes through this object reaches the terminal; the rest goes to a log kept for errors."""
 
-    def __enter__(self) -> "Terminal":
+    def __enter__(self) -> Self:
         sys.stdout.flush()
         sys.stderr.flush()
         self._log = tempfile.TemporaryFile()
         self._saved = [os.dup(1), os.dup(2)]
-        self.out: IO[str] = os.fdopen(os.dup(1), "w", buffering=1)
+        self.out = os.fdopen(os.dup(1), "w", buffering=1)
         for descriptor in (1, 2):
             os.dup2(self._log.fileno(), descriptor)
-        self._rich = rich.console.Console(file=self.out, width=None if os.isatty(self._saved[0]) else WIDTH) if rich else None
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
@@ -64,76 +56,46 @@ class Terminal:
             os.dup2(saved, descriptor)
             os.close(saved)
         self.out.close()
-        if kind is not None and issubclass(kind, Exception) and kind is not BadInput:
+        if isinstance(error, Exception) and not isinstance(error, BadInput):
             self._log.seek(0)
-            tail = self._log.read().decode(errors="replace").splitlines()[-40:]
-            print("Blender's last words:", *tail, sep="\n", file=sys.stderr)
+            print("Blender's last words:", *self._log.read().decode(errors="replace").splitlines()[-LOG_LINES:], sep="\n")
         self._log.close()
 
     def say(self, text: str) -> None:
         """Print one line."""
-        if self._rich:
-            self._rich.print(text, markup=False, highlight=False, soft_wrap=True)
-        else:
-            print(text, file=self.out)
+        print(text, file=self.out)
 
     def table(self, title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         """Print rows of text under `columns`: the first two are words, the others figures."""
-        if self._rich:
-            table = rich.table.Table(title=title)
-            for index, column in enumerate(columns):
-                table.add_column(column, justify="left" if index < 2 else "right")
-            for row in rows:
-                table.add_row(*row)
-            self._rich.print(table)
-            return
         widths = [max(len(row[i]) for row in (columns, *rows)) for i in range(len(columns))]
-        print(title, file=self.out)
+        self.say(title)
         for row in (columns, *rows):
-            print("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)), file=self.out)
+            cells = (text.ljust(w) if i < 2 else text.rjust(w) for i, (text, w) in enumerate(zip(row, widths, strict=True)))
+            self.say("  ".join(cells))
 
     @contextmanager
-    def progress(self, total: float) -> Iterator["Progress"]:
+    def progress(self, total: float) -> Generator["Progress"]:
         """Yield a `Progress` that counts up to `total` units of work."""
-        if not self._rich:
-            yield Progress(self, total, None)
-            return
-        bar = rich.progress.Progress(
-            rich.progress.TextColumn("{task.description}"),
-            rich.progress.BarColumn(),
-            rich.progress.TaskProgressColumn(),
-            rich.progress.TimeElapsedColumn(),
-            rich.progress.TimeRemainingColumn(elapsed_when_finished=True),
-            console=self._rich,
-        )
-        with bar:
-            yield Progress(self, total, bar)
+        yield Progress(self, total)
 
 
 class Progress:
     """Work done so far, in units of the caller's choice."""
 
-    def __init__(self, terminal: Terminal, total: float, bar: "rich.progress.Progress | None") -> None:
-        self._terminal = terminal
-        self._total = total
-        self._done = 0.0
-        self._bar = bar
-        self._task = bar.add_task("", total=total) if bar else None
+    def __init__(self, terminal: Terminal, total: float) -> None:
+        self.terminal = terminal
+        self.total = total
+        self.done = 0.0
 
     @contextmanager
-    def step(self, text: str, work: float) -> Iterator[None]:
+    def step(self, text: str, work: float) -> Generator[None]:
         """Show `text` while the body runs; count `work` units as done after it."""
-        if self._bar:
-            self._bar.update(self._task, description=text)
-            self._bar.refresh()
-        else:
-            self._terminal.say(f"{100.0 * self._done / self._total:3.0f} %  {text}")
+        self.show(text, self.done)
         yield
-        self._done += work
-        self.within(0.0)
+        self.done += work
 
     def within(self, work: float) -> None:
-        """Show `work` units of the step under way as done."""
-        if self._bar:
-            self._bar.update(self._task, completed=self._done + work)
-            self._bar.refresh()
+        """Show `work` units of the step under way as done; plain lines say nothing between steps."""
+
+    def show(self, text: str, done: float) -> None:
+        self.terminal.say(f"{100.0 * done / self.total:3.0f} %  {text}")

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writing results so that a file under its final name is always whole: all are made in a hidden folder and moved at the end."""
 
-import os
 import shutil
 import tempfile
 from pathlib import Path
@@ -39,5 +38,5 @@ class Staging:
         self.target.mkdir(parents=True, exist_ok=True)
         names = sorted(path.name for path in self.folder.iterdir())
         for name in names:
-            os.replace(self.folder / name, self.target / name)
+            (self.folder / name).replace(self.target / name)
         return names

@@ -3,27 +3,27 @@
 
 import math
 from array import array
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..models import Lambert, Model
-from ..models.vector import Vector, normalize
+from ..models.vector import Vector, dot, normalize
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear Rec. 709, ITU-R BT.709
-COVERED = 0.999  # a pixel with less alpha is partly background
-ONE_NORMAL = 0.9999  # a mean normal shorter than this is of several surfaces, at an edge (apart by more than 1.6 degrees)
 
 
 @dataclass(frozen=True)
 class Surface:
     """What a measurement render sees: one entry per pixel, three floats each, rows from the top as in the file.
 
-    `normal` (the mean of the samples' unit vectors) and `position` in world space [m], `albedo` linear RGB; `alpha` one float per pixel, 1 where covered.
+    `normal` unit vectors and `position` in world space [m], `albedo` linear RGB; `measurable` is 1 for a pixel that shows one
+    surface, 0 where there is none or an edge runs through, as such a pixel has no normal of its own.
     """
 
     normal: array[float]
     position: array[float]
     albedo: array[float]
-    alpha: array[float]
+    measurable: bytearray
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,9 @@ class Light:
 
 @dataclass(frozen=True)
 class Analytic:
-    """The radiance [W/(m^2 sr)] a model gives, linear RGB, for the listed pixels.
+    """The radiance [W/(m^2 sr)] a model gives, linear RGB.
 
-    They are those that face both light and camera and show one surface: an edge inside the pixel has no normal of its own.
+    `pixels` lists those it is for: measurable ones that face both light and camera.
     """
 
     pixels: array[int]
@@ -60,26 +60,28 @@ class Errors:
     luminance_over_lambert: float
 
 
-def analytic(surface: Surface, model: Model, camera: Vector, light: Light) -> Analytic:
-    """Return what `model` says for each pixel of `surface`, seen from `camera` (a point [m]) under `light` alone."""
+def analytic(surface: Surface, models: Sequence[Model], camera: Vector, light: Light) -> list[Analytic]:
+    """Return what each of `models` says of `surface`, seen from `camera` (a point [m]) under `light`
+    alone, all for the same pixels."""
     pixels = array("l")
-    radiance = array("f")
+    radiances = [array("f") for _ in models]
     position, normal, albedo = surface.position, surface.normal, surface.albedo
-    l = light.direction
-    for pixel, alpha in enumerate(surface.alpha):
-        if alpha < COVERED:
+    l, irradiance = light.direction, light.irradiance
+    for pixel, measurable in enumerate(surface.measurable):
+        if not measurable:
             continue
         i = 3 * pixel
-        mean = (normal[i], normal[i + 1], normal[i + 2])
-        if math.hypot(*mean) < ONE_NORMAL:
-            continue
-        n = normalize(mean)
+        n = normalize((normal[i], normal[i + 1], normal[i + 2]))
         v = normalize((camera[0] - position[i], camera[1] - position[i + 1], camera[2] - position[i + 2]))
-        if n[0] * l[0] + n[1] * l[1] + n[2] * l[2] <= 0.0 or n[0] * v[0] + n[1] * v[1] + n[2] * v[2] <= 0.0:
+        if dot(n, l) <= 0.0 or dot(n, v) <= 0.0:
             continue
         pixels.append(pixel)
-        radiance.extend(light.irradiance * model.radiance(n, l, v, rho) for rho in albedo[i : i + 3])
-    return Analytic(pixels, radiance)
+        red, green, blue = albedo[i], albedo[i + 1], albedo[i + 2]
+        for model, radiance in zip(models, radiances, strict=True):
+            radiance.append(irradiance * model.radiance(n, l, v, red))
+            radiance.append(irradiance * model.radiance(n, l, v, green))
+            radiance.append(irradiance * model.radiance(n, l, v, blue))
+    return [Analytic(pixels, radiance) for radiance in radiances]
 
 
 def distances(surface: Surface, camera: Vector) -> array[float]:

@@ -6,8 +6,10 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 
-import blf
-import imbuf
+import bpy  # noqa: F401 - outside Blender's own process, blf and imbuf exist only once it is loaded
+
+import blf  # isort: skip
+import imbuf  # isort: skip
 from imbuf.types import ImBuf
 
 INTER = 0  # blf's default font, Blender's bundled Inter
@@ -39,7 +41,7 @@ def _canvas(width: int, height: int) -> ImBuf:
 
 
 def _write_row(image: ImBuf, texts: Sequence[str], centers: Sequence[float], baseline: float, size: float) -> None:
-    """Draw `texts` around the x `centers` [pixels] on one line, all in one size, at most `size`, at which none meets its neighbor."""
+    """Draw `texts` around the x `centers` [pixels] on one line, in one size, at most `size`, that keeps neighbors apart."""
     blf.size(INTER, size)
     widths = [blf.dimensions(INTER, text)[0] for text in texts]
     limits = [0.0, *((a + b) / 2.0 for a, b in pairwise(centers)), float(image.size[0])]
@@ -67,7 +69,7 @@ def caption(source: Path, target: Path, captions: Sequence[str], centers: Sequen
 
 
 def scale_place(value: float) -> float:
-    """Return where the signed share `value` lies on the heat map's scale, in [-1, 1]: linear up to SCALE_KNEE, logarithmic above."""
+    """Return where the signed share `value` lies on the heat map's scale, in [-1, 1]: linear below SCALE_KNEE, then logarithmic."""
     place = math.log1p(abs(value) / SCALE_KNEE) / math.log1p(1.0 / SCALE_KNEE)
     return math.copysign(min(1.0, place), value)
 

@@ -5,7 +5,7 @@ import math
 import tempfile
 import time
 from array import array
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,10 @@ from mathutils import Vector as BlenderVector
 from .. import engines
 from .error import Light, Surface
 
-SURFACE_SAMPLES = 16  # enough to see that an edge runs through the pixel's center
+CENTER = 0.01  # pixels, the narrowest filter that Cycles has
+# An edge this near a pixel's center [pixels] may fall to either side of it: there the engines may see different surfaces. It shows
+# in a mean normal shorter than ONE_NORMAL (surfaces apart by over 1.6 degrees), or in less than full alpha.
+EDGE, EDGE_SAMPLES, ONE_NORMAL, COVERED = 0.1, 16, 0.9999, 0.999
 MARGIN = 2  # pixels around the object's outline, so that none is lost to rounding
 
 
@@ -49,8 +52,8 @@ def region_of(scene: bpy.types.Scene, subject: bpy.types.Object) -> Region:
 
 
 @contextmanager
-def measurement_scene(source: bpy.types.Scene, subject: bpy.types.Object, sun: bpy.types.Object) -> Iterator[bpy.types.Scene]:
-    """Yield a scene with `source`'s camera, `subject` and `sun` (without shadow) alone, framed on `subject`; `source` stays as it is."""
+def measurement_scene(source: bpy.types.Scene, subject: bpy.types.Object, sun: bpy.types.Object) -> Generator[bpy.types.Scene]:
+    """Yield a scene with `source`'s camera, `subject` and `sun` alone, without shadow; `source` stays as it is."""
     scene = bpy.data.scenes.new("True Diffuse Measurement")
     lamp = bpy.data.objects.new("Measurement Sun", sun.data.copy())
     lamp.data.use_shadow = False
@@ -69,7 +72,7 @@ def measurement_scene(source: bpy.types.Scene, subject: bpy.types.Object, sun: b
     render.film_transparent = True
     render.filter_size = 0.0
     scene.cycles.pixel_filter_type = "BLACKMAN_HARRIS"  # the width of BOX cannot be set
-    scene.cycles.filter_width = 0.01
+    scene.cycles.filter_width = CENTER
     scene.cycles.max_bounces = 0
     scene.cycles.light_sampling_threshold = 0.0  # else dim light is dropped at random
     scene.eevee.use_shadows = False
@@ -125,23 +128,30 @@ def _render(scene: bpy.types.Scene) -> tuple[float, dict[str, array[float]]]:
 
 
 def surface(scene: bpy.types.Scene, plain: bpy.types.Material) -> Surface:
-    """Return normal, position and albedo of every pixel of a measurement scene.
+    """Return normal, position and albedo of every pixel of a measurement scene, which is of no other use afterwards.
 
     Cycles renders them, in 32-bit floats, at the same pixel centers that either engine is measured at. `plain` is a Diffuse
     material with the subject's albedo: Cycles' Normal pass is the mean of the closures' normals, so bent ones would show in it.
     """
-    engines.use(scene, engines.CYCLES, SURFACE_SAMPLES)
     layer = scene.view_layers[0]
     layer.use_pass_normal = layer.use_pass_position = layer.use_pass_diffuse_color = True
     layer.material_override = plain
-    _, channels = _render(scene)
-    layer.material_override = None
-    layer.use_pass_normal = layer.use_pass_position = layer.use_pass_diffuse_color = False
+    engines.use(scene, engines.CYCLES, EDGE_SAMPLES)
+    scene.cycles.filter_width = EDGE
+    _, around = _render(scene)
+    mean = _interleave(around, "Normal", "XYZ")
+    alpha = _interleave(around, "Combined", "A")
+    measurable = bytearray(
+        covered >= COVERED and math.hypot(*mean[3 * pixel : 3 * pixel + 3]) >= ONE_NORMAL for pixel, covered in enumerate(alpha)
+    )
+    engines.use(scene, engines.CYCLES, 1)
+    scene.cycles.filter_width = CENTER
+    _, center = _render(scene)
     return Surface(
-        normal=_interleave(channels, "Normal", "XYZ"),
-        position=_interleave(channels, "Position", "XYZ"),
-        albedo=_interleave(channels, "Diffuse Color", "RGB"),
-        alpha=_interleave(channels, "Combined", "A"),
+        normal=_interleave(center, "Normal", "XYZ"),
+        position=_interleave(center, "Position", "XYZ"),
+        albedo=_interleave(center, "Diffuse Color", "RGB"),
+        measurable=measurable,
     )
 
 

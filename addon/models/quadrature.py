@@ -4,6 +4,7 @@
 import functools
 import math
 from collections.abc import Callable, Iterable
+from itertools import pairwise
 
 from .protocol import Model
 from .vector import Vector, from_polar
@@ -30,8 +31,7 @@ def gauss_legendre(order: int) -> tuple[tuple[float, float], ...]:
 def integrate(f: Callable[[float], float], breaks: Iterable[float], order: int) -> float:
     """Return the integral of `f` from the first to the last of the rising `breaks`, `order` points in each interval."""
     total = 0.0
-    edges = list(breaks)
-    for low, high in zip(edges, edges[1:], strict=False):
+    for low, high in pairwise(breaks):
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
         total += half * sum(weight * f(middle + half * x) for x, weight in gauss_legendre(order))
     return total

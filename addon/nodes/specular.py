@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Node group Specular: the standard specular of the paper's first character, as near as Blender's closures come to it.
 
-No closure of EEVEE, or of Cycles without OSL, is a Blinn-Phong lobe, so a microfacet lobe stands in: Beckmann's in Cycles, which with
-alpha^2 = 2 / (n + 2) has nearly the same shape (B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR
-2007); EEVEE takes it for GGX, whose tail is longer. A factor gives it Blinn-Phong's height in the mirror direction from every view:
+No closure of EEVEE, or of Cycles without OSL, is a Blinn-Phong lobe, so a microfacet lobe stands in: Beckmann's in Cycles, which
+with alpha^2 = 2 / (n + 2) has nearly the same shape (B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces",
+EGSR 2007); EEVEE takes it for GGX, whose tail is longer. A factor gives it Blinn-Phong's height in the mirror direction from every view:
 (n + 8) / (n + 2) times mu^2 / G, with G = 1 / sqrt(1 + alpha^2 (1 / mu^2 - 1)) for GGX's own masking and shadowing at
 N.L = N.V = mu; Beckmann's is next to 1.
 """
 
 from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
 
-SPECULAR = Socket(
-    "Specular", "NodeSocketFloat", "Weight k_s of the highlight, without Fresnel", 0.2, 0.0, 1.0, subtype="FACTOR"
+SPECULAR = Socket("Specular", "NodeSocketFloat", "Weight k_s of the highlight, without Fresnel", 0.2, 0.0, 1.0, subtype="FACTOR")
+EXPONENT = Socket(
+    "Exponent", "NodeSocketFloat", "Blinn-Phong exponent n: the higher, the smaller the highlight", 30.0, 0.0, 10000.0
 )
-EXPONENT = Socket("Exponent", "NodeSocketFloat", "Blinn-Phong exponent n: the higher, the smaller the highlight", 30.0, 0.0, 10000.0)
 
 
 def build(graph: Graph) -> Value:
