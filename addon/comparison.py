@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Protocol
 
 import bpy
+
 from bpy_extras.object_utils import world_to_camera_view
 
 from ..scenes.five_characters import Character, FiveCharacters
@@ -73,8 +74,10 @@ def surfaces(stage: FiveCharacters, progress: Progress) -> list[Seen]:
             render.measurement_scene(stage.scene, character.subject, stage.key) as scene,
         ):
             surface = render.surface(scene, stage.plain)
-            expected, lambert = error.analytic(surface, (character.look.model, Lambert()), camera, light)
             region = render.region_of(stage.scene, character.subject)
+            if len(surface.measurable) != region.width * region.height:
+                raise RuntimeError(f"the render of {character.look.label} has not the size of its region")
+            expected, lambert = error.analytic(surface, (character.look.model, Lambert()), camera, light)
             seen.append(Seen(character, region, surface, error.distances(surface, camera), expected, lambert))
     return seen
 

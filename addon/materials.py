@@ -13,6 +13,7 @@ def create(name: str, group: Group, **inputs: float | tuple[float, ...]) -> bpy.
     tree.nodes.clear()
     node = tree.nodes.new("ShaderNodeGroup")
     node.node_tree = group.ensure()
+    node.name = group.name
     node.width = 220.0
     for socket, value in inputs.items():
         node.inputs[socket].default_value = value

@@ -26,7 +26,7 @@ class TRUE_DIFFUSE_OT_add_group(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         space = context.space_data
-        if space is None or space.type != "NODE_EDITOR" or space.tree_type != "ShaderNodeTree" or space.edit_tree is None:
+        if space is None or space.type != "NODE_EDITOR" or not isinstance(space.id, bpy.types.Material) or space.edit_tree is None:
             cls.poll_message_set("Open a material in the Shader Editor")
             return False
         if not space.edit_tree.is_editable:
@@ -36,11 +36,15 @@ class TRUE_DIFFUSE_OT_add_group(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         group = next(group for group in GROUPS if group.key == self.key)
-        tree = context.space_data.edit_tree
+        tree, added = context.space_data.edit_tree, group.ensure()
+        if added == tree or added.contains_tree(tree):
+            self.report({"ERROR"}, "A group cannot contain itself")
+            return {"CANCELLED"}
         for node in tree.nodes:
             node.select = False
         node = tree.nodes.new("ShaderNodeGroup")
-        node.node_tree = group.ensure()
+        node.node_tree = added
+        node.name = group.name
         node.width = 220.0
         node.location = context.space_data.cursor_location
         tree.nodes.active = node
@@ -49,7 +53,8 @@ class TRUE_DIFFUSE_OT_add_group(bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         context.space_data.cursor_location_from_region(event.mouse_region_x, event.mouse_region_y)
         result = self.execute(context)
-        bpy.ops.node.translate_attach_remove_on_cancel("INVOKE_DEFAULT")
+        if result == {"FINISHED"}:
+            bpy.ops.node.translate_attach_remove_on_cancel("INVOKE_DEFAULT")
         return result
 
 

@@ -21,9 +21,10 @@ class TRUE_DIFFUSE_MT_add(bpy.types.Menu):
 
 def draw_add_menu(self: bpy.types.Menu, context: bpy.types.Context) -> None:
     """Draw the entry at the end of the Shader Editor's Add menu."""
-    if context.space_data.tree_type == "ShaderNodeTree":
+    space = context.space_data
+    if space.tree_type == "ShaderNodeTree" and (space.id is None or isinstance(space.id, bpy.types.Material)):
         self.layout.separator()
-        self.layout.menu(TRUE_DIFFUSE_MT_add.bl_idname, icon="SHADING_RENDERED")
+        self.layout.menu(TRUE_DIFFUSE_MT_add.bl_idname)
 
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory((TRUE_DIFFUSE_MT_add,))

@@ -8,8 +8,9 @@ one material slot and the color attribute ALBEDO_ATTRIBUTE.
 from collections.abc import Callable
 from pathlib import Path
 
-import bmesh
 import bpy
+
+import bmesh
 from mathutils import Matrix
 
 from .human import ALBEDO_ATTRIBUTE, HumanDataMissing, human_mesh

@@ -5,6 +5,7 @@ import math
 from dataclasses import dataclass
 
 import bpy
+
 from mathutils import Matrix, Vector
 
 from ..addon import materials
@@ -118,7 +119,10 @@ def _bounds(mesh: bpy.types.Mesh, bust: bool) -> tuple[Vector, Vector]:
 
 
 def _camera(scene: bpy.types.Scene, width: float, top: float, bust: bool) -> None:
-    """Add a level camera that frames `width` [m]; a `bust` up to a little above `top`, else all from 0 to `top`."""
+    """Add a level camera that frames `width` [m]; a `bust` up to a little above `top`, else all from 0 to `top`.
+
+    For a bust it stands at the height of the crowns and the lens is shifted down: so heads at different depths are in one row.
+    """
     aspect = scene.render.resolution_x / scene.render.resolution_y
     frame_width = width * (1.0 + AIR / 2)
     if not bust:
@@ -128,10 +132,11 @@ def _camera(scene: bpy.types.Scene, width: float, top: float, bust: bool) -> Non
     camera = bpy.data.cameras.new("Camera")
     camera.lens, camera.sensor_width, camera.sensor_fit = LENS, 36.0, "HORIZONTAL"
     distance = frame_width * LENS / 36.0
-    camera.clip_end = 10.0 * distance
+    camera.clip_start, camera.clip_end = distance / 2.0, distance * 10.0  # tight: EEVEE resolves depth by their ratio
     holder = bpy.data.objects.new("Camera", camera)
-    center = Matrix.Translation((0.0, -distance, middle))
-    holder.matrix_world = center @ Matrix.Rotation(math.pi / 2, 4, "X")
+    height = top if bust else middle
+    camera.shift_y = (middle - height) / frame_width
+    holder.matrix_world = Matrix.Translation((0.0, -distance, height)) @ Matrix.Rotation(math.pi / 2, 4, "X")
     scene.collection.objects.link(holder)
     scene.camera = holder
 
@@ -170,7 +175,7 @@ def _backdrop(scene: bpy.types.Scene) -> None:
     """Add the gray floor that the characters stand on and the wall behind them."""
     material, color = _diffuse("Backdrop")
     color.default_value = (BACKDROP_ALBEDO, BACKDROP_ALBEDO, BACKDROP_ALBEDO, 1.0)
-    far, size = 6.0, 60.0
+    far, size = 6.0, 1000.0  # meters: beyond every camera
     floor = [(-size, -size, 0.0), (size, -size, 0.0), (size, far, 0.0), (-size, far, 0.0)]
     wall_top = [(size, far, size), (-size, far, size)]
     mesh = bpy.data.meshes.new("Backdrop")

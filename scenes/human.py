@@ -18,8 +18,9 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 
-import bmesh
 import bpy
+
+import bmesh
 from bmesh.types import BMesh, BMFace, BMVert
 from mathutils import Euler, Matrix, Vector, noise
 from mathutils.bvhtree import BVHTree

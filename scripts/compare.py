@@ -6,15 +6,16 @@ blender -b --python scripts/compare.py -- [OPTIONS]
 """
 
 import json
-import signal
+import math
 import sys
+import traceback
 from argparse import ArgumentTypeError
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from console import BAD_INPUT, BadInput, Parser, Terminal, script_arguments
+from console import BAD_INPUT, BadInput, Parser, Terminal, script_arguments, stop_cleanly
 from outputs import Staging
 
 try:
@@ -44,16 +45,17 @@ class Options:
 def main() -> int:
     """Run the script; returns the exit status."""
     options = parse(script_arguments())
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # so that the staging folder is removed
     try:
-        with Staging(options.out) as staging, BestTerminal() as terminal:
-            compare(options, staging, terminal)
+        with Staging(options.out) as staging:
+            stop_cleanly(staging.discard)
+            with BestTerminal() as terminal:
+                compare(options, staging, terminal)
     except BadInput as error:
         print(f"compare.py: error: {error}", file=sys.stderr)
         return BAD_INPUT
-    except KeyboardInterrupt:
-        print("compare.py: stopped, nothing written", file=sys.stderr)
-        return 128 + signal.SIGINT
+    except Exception:
+        traceback.print_exc()
+        return 1
     return 0
 
 
@@ -131,8 +133,8 @@ def _samples(text: str) -> int:
 def _sigmas(text: str) -> tuple[float, ...]:
     values = tuple(_number(part) for part in text.split(","))
     for value in values:
-        if not 0.0 <= value <= 10.0:
-            raise ArgumentTypeError(f"sigma must be 0 to 10 radians, not {value:g}")
+        if not 0.0 <= value <= math.pi / 2:
+            raise ArgumentTypeError(f"sigma must be 0 to pi/2 radians, not {value:g}")
     if len(values) > 8:
         raise ArgumentTypeError(f"at most 8 sigmas fit in the picture, not {len(values)}")
     return values
@@ -147,12 +149,18 @@ def _albedo(text: str) -> float:
 
 def compare(options: Options, staging: Staging, terminal: Terminal) -> None:
     """Render, measure and write everything into `staging`, then publish it."""
-    terminal.say("Starting Blender")
+    terminal.say("Loading Blender and the character")
     import bpy
+
     import checkout  # noqa: F401 - makes this checkout the package true_diffuse
     from true_diffuse.addon import comparison, engines
+    from true_diffuse.addon.measure import render
     from true_diffuse.scenes import character, five_characters
 
+    try:
+        render.openimageio()
+    except ImportError:
+        raise BadInput("this Blender lacks OpenImageIO, which reads the renders (Debian: python3-openimageio)") from None
     bpy.ops.wm.read_factory_settings(use_empty=True)
     try:
         mesh = character.load(options.character)

@@ -6,10 +6,13 @@ Plain lines here; `rich_terminal` draws bars and tables where rich is installed,
 
 import argparse
 import os
+import signal
 import sys
 import tempfile
-from collections.abc import Generator, Sequence
+import threading
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from types import TracebackType
 from typing import NoReturn, Self
 
@@ -34,6 +37,28 @@ def script_arguments() -> list[str]:
     if sys.argv[0].endswith(".py"):
         return sys.argv[1:]
     return sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
+
+
+def stop_cleanly(clean: Callable[[], None]) -> None:
+    """From now on let an interrupt (Ctrl-C) or a request to end run `clean` and end the process at once.
+
+    Python's own handlers would wait until Blender's render is done, so a thread waits for the signals. Where a system cannot block
+    signals (Windows), an interrupt takes effect after the render.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        return
+    signals = {signal.SIGINT, signal.SIGTERM}
+    signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+    terminal = os.dup(2)
+
+    def wait() -> None:
+        number = signal.sigwait(signals)
+        clean()
+        show_cursor = "\033[?25h" if os.isatty(terminal) else ""
+        os.write(terminal, f"{show_cursor}\n{Path(sys.argv[0]).name}: stopped, nothing written\n".encode())
+        os._exit(128 + number)
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 class Terminal:

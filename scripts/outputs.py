@@ -31,6 +31,10 @@ class Staging:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.discard()
+
+    def discard(self) -> None:
+        """Remove the hidden folder and all in it."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def publish(self) -> list[str]:

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 
-import bpy  # noqa: F401 - outside Blender's own process, blf and imbuf exist only once it is loaded
+import bpy  # noqa: F401 - makes the next two importable
 
-import blf  # isort: skip
-import imbuf  # isort: skip
+import blf
+import imbuf
 from imbuf.types import ImBuf
 
 INTER = 0  # blf's default font, Blender's bundled Inter
@@ -46,7 +46,7 @@ def _write_row(image: ImBuf, texts: Sequence[str], centers: Sequence[float], bas
     widths = [blf.dimensions(INTER, text)[0] for text in texts]
     limits = [0.0, *((a + b) / 2.0 for a, b in pairwise(centers)), float(image.size[0])]
     room = [2.0 * min(c - low, high - c) for c, (low, high) in zip(centers, pairwise(limits), strict=True)]
-    shrink = min(1.0, *(0.94 * r / w for r, w in zip(room, widths, strict=True) if w > 0.0))
+    shrink = min(1.0, *(0.86 * r / w for r, w in zip(room, widths, strict=True) if w > 0.0))
     blf.size(INTER, size * shrink)
     blf.color(INTER, *TEXT_COLOR)
     with blf.bind_imbuf(INTER, image):

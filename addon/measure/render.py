@@ -9,8 +9,10 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 
 import bpy
+
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector as BlenderVector
 
@@ -19,8 +21,9 @@ from .error import Light, Surface
 
 CENTER = 0.01  # pixels, the narrowest filter that Cycles has
 # An edge this near a pixel's center [pixels] may fall to either side of it: there the engines may see different surfaces. It shows
-# in a mean normal shorter than ONE_NORMAL (surfaces apart by over 1.6 degrees), or in less than full alpha.
-EDGE, EDGE_SAMPLES, ONE_NORMAL, COVERED = 0.1, 16, 0.9999, 0.999
+# in a mean normal shorter than ONE_NORMAL (surfaces apart by over 1.6 degrees), a mean albedo other than the center's by ONE_PAINT,
+# or less than full alpha.
+EDGE, EDGE_SAMPLES, ONE_NORMAL, ONE_PAINT, COVERED = 0.1, 24, 0.9999, 0.01, 0.999
 MARGIN = 2  # pixels around the object's outline, so that none is lost to rounding
 
 
@@ -67,8 +70,10 @@ def measurement_scene(source: bpy.types.Scene, subject: bpy.types.Object, sun: b
     render.resolution_percentage = 100
     region = region_of(scene, subject)
     render.use_border = render.use_crop_to_border = True
-    render.border_min_x, render.border_max_x = region.x / render.resolution_x, (region.x + region.width) / render.resolution_x
-    render.border_min_y, render.border_max_y = region.y / render.resolution_y, (region.y + region.height) / render.resolution_y
+    # Blender keeps the border as shares of the frame in 32-bit floats and cuts them down to pixels: aim past the pixel's edge.
+    left, bottom = region.x + 0.25, region.y + 0.25
+    render.border_min_x, render.border_max_x = left / render.resolution_x, (left + region.width) / render.resolution_x
+    render.border_min_y, render.border_max_y = bottom / render.resolution_y, (bottom + region.height) / render.resolution_y
     render.film_transparent = True
     render.filter_size = 0.0
     scene.cycles.pixel_filter_type = "BLACKMAN_HARRIS"  # the width of BOX cannot be set
@@ -89,11 +94,17 @@ def measurement_scene(source: bpy.types.Scene, subject: bpy.types.Object, sun: b
         bpy.data.scenes.remove(scene)
 
 
-def read_exr(path: Path) -> dict[str, array[float]]:
-    """Return the channels of all parts of an OpenEXR file by name, rows from the top. Raises OSError where it cannot be read."""
+def openimageio() -> ModuleType:
+    """Return Blender's own OpenImageIO. Raises ImportError where Blender was built without it, as some Linux packages are."""
     bpy.utils.expose_bundled_modules()
     import OpenImageIO as oiio
 
+    return oiio
+
+
+def read_exr(path: Path) -> dict[str, array[float]]:
+    """Return the channels of all parts of an OpenEXR file by name, rows from the top. Raises OSError where it cannot be read."""
+    oiio = openimageio()
     file = oiio.ImageInput.open(str(path))
     if file is None:
         raise OSError(f"cannot read {path}: {oiio.geterror()}")
@@ -139,20 +150,20 @@ def surface(scene: bpy.types.Scene, plain: bpy.types.Material) -> Surface:
     engines.use(scene, engines.CYCLES, EDGE_SAMPLES)
     scene.cycles.filter_width = EDGE
     _, around = _render(scene)
-    mean = _interleave(around, "Normal", "XYZ")
-    alpha = _interleave(around, "Combined", "A")
-    measurable = bytearray(
-        covered >= COVERED and math.hypot(*mean[3 * pixel : 3 * pixel + 3]) >= ONE_NORMAL for pixel, covered in enumerate(alpha)
-    )
+    mean_normal, mean_albedo = _interleave(around, "Normal", "XYZ"), _interleave(around, "Diffuse Color", "RGB")
     engines.use(scene, engines.CYCLES, 1)
     scene.cycles.filter_width = CENTER
     _, center = _render(scene)
-    return Surface(
-        normal=_interleave(center, "Normal", "XYZ"),
-        position=_interleave(center, "Position", "XYZ"),
-        albedo=_interleave(center, "Diffuse Color", "RGB"),
-        measurable=measurable,
-    )
+    albedo = _interleave(center, "Diffuse Color", "RGB")
+    measurable = bytearray(len(albedo) // 3)
+    for pixel, covered in enumerate(_interleave(around, "Combined", "A")):
+        rgb = slice(3 * pixel, 3 * pixel + 3)
+        measurable[pixel] = (
+            covered >= COVERED
+            and math.hypot(*mean_normal[rgb]) >= ONE_NORMAL
+            and math.dist(mean_albedo[rgb], albedo[rgb]) <= ONE_PAINT
+        )
+    return Surface(_interleave(center, "Normal", "XYZ"), _interleave(center, "Position", "XYZ"), albedo, measurable)
 
 
 def radiance(scene: bpy.types.Scene, engine: engines.Engine, samples: int) -> tuple[float, array[float]]:

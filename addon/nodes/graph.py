@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import bpy
 
 STAMP = "true_diffuse"  # custom property that marks a tree as ours: "key/version"
-COLUMN, ROW = 200.0, 180.0  # spacing of the layout, in the node editor's units
+# Layout in the node editor's units: the width of a column, and what a node and each of its input sockets take of its height.
+COLUMN, NODE_HEIGHT, SOCKET_HEIGHT = 220.0, 130.0, 24.0
 
 type Operand = float | Value
 
@@ -263,8 +264,10 @@ class Graph:
                 depth[name] = 1 + max(map(column, feeds[name]), default=-1)
             return depth[name]
 
-        rows: dict[int, int] = {}
+        next_y: dict[int, float] = {}
         for node in self.tree.nodes:
             x = column(node.name)
-            rows[x] = rows.get(x, 0) + 1
-            node.location = (x * COLUMN, (1 - rows[x]) * ROW)
+            node.location = (x * COLUMN, next_y.get(x, 0.0))
+            visible = sum(socket.enabled for socket in (*node.inputs, *node.outputs))
+            next_y[x] = node.location.y - NODE_HEIGHT - SOCKET_HEIGHT * visible
+            node.select = False

@@ -12,6 +12,8 @@ times at a color as many times halved, it reflects the same once and next to not
 both engines drop such closures.
 """
 
+import math
+
 from ..models.fujii import K1
 from ..models.lobes import CYCLES_LOBE, EEVEE_LOBE
 from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
@@ -22,7 +24,7 @@ SIGMA = Socket(
     "Roughness: the standard deviation of the slope angles of the surface's facets, in radians. 0 is Lambert",
     0.33,
     0.0,
-    10.0,
+    math.pi / 2,
 )
 DOUBLINGS = 3  # leaves 1/8 of the multiple scattering at rho = 1, under a tenth of the lobes' own error
 HEAD_ON = 1e-6  # keeps the bent normal defined where V = N, and its weight is 0

@@ -3,8 +3,8 @@
 
 No closure of EEVEE, or of Cycles without OSL, is a Blinn-Phong lobe, so a microfacet lobe stands in: Beckmann's in Cycles, which
 with alpha^2 = 2 / (n + 2) has nearly the same shape (B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces",
-EGSR 2007); EEVEE takes it for GGX, whose tail is longer. A factor gives it Blinn-Phong's height in the mirror direction from every view:
-(n + 8) / (n + 2) times mu^2 / G, with G = 1 / sqrt(1 + alpha^2 (1 / mu^2 - 1)) for GGX's own masking and shadowing at
+EGSR 2007); EEVEE takes it for GGX, whose tail is longer. A factor gives it Blinn-Phong's height in the mirror direction from every
+view: (n + 8) / (n + 2) times mu^2 / G, with G = 1 / sqrt(1 + alpha^2 (1 / mu^2 - 1)) for GGX's own masking and shadowing at
 N.L = N.V = mu; Beckmann's is next to 1.
 """
 

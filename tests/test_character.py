@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The characters as meshes, from every source, and the scene they stand in."""
+
+import math
+from pathlib import Path
+
+import bpy
+
+import bmesh
+import pytest
+from bpy_extras.object_utils import world_to_camera_view
+from mathutils import Vector
+from true_diffuse.scenes import character, five_characters
+from true_diffuse.scenes.human import ALBEDO_ATTRIBUTE
+
+pytestmark = pytest.mark.usefixtures("empty_file")
+
+
+def check_whole(mesh: bpy.types.Mesh) -> None:
+    zs = [vertex.co.z for vertex in mesh.vertices]
+    assert min(zs) == pytest.approx(0.0, abs=0.01) and max(zs) == pytest.approx(1.8, abs=0.05)
+    colors = [tuple(item.color) for item in mesh.color_attributes[ALBEDO_ATTRIBUTE].data]
+    assert len(colors) == len(mesh.vertices) and all(0.0 <= value <= 1.0 for color in colors for value in color)
+    assert len(mesh.materials) == 1
+    assert all(math.isfinite(component) for item in mesh.corner_normals for component in item.vector)
+
+
+def test_human_is_a_sound_mesh() -> None:
+    mesh = character.load("human")
+    check_whole(mesh)
+    shape = bmesh.new()
+    shape.from_mesh(mesh)
+    assert not [v for v in shape.verts if not v.link_faces]
+    assert min(face.calc_area() for face in shape.faces) > 0.0
+    assert all(len(edge.link_faces) <= 2 for edge in shape.edges)
+    shape.free()
+
+
+def test_human_is_the_same_every_time() -> None:
+    first, second = ([tuple(v.co) for v in character.load("human").vertices] for _ in range(2))
+    assert first == second
+
+
+def test_monkey_is_a_sound_mesh() -> None:
+    check_whole(character.load("monkey"))
+
+
+@pytest.fixture
+def cones(tmp_path: Path) -> dict[str, Path]:
+    """The same two cones in every format that can be read; in the .blend also a lamp and a hidden cube."""
+    for x in (0.0, 3.0):
+        bpy.ops.mesh.primitive_cone_add(location=(x, 0.0, 5.0))
+    files = {suffix: tmp_path / f"cones.{suffix}" for suffix in ("usdc", "glb", "obj", "blend")}
+    bpy.ops.wm.usd_export(filepath=str(files["usdc"]))
+    bpy.ops.export_scene.gltf(filepath=str(files["glb"]))
+    bpy.ops.wm.obj_export(filepath=str(files["obj"]))
+    bpy.ops.object.light_add()
+    bpy.ops.mesh.primitive_cube_add(size=50.0)
+    bpy.context.object.hide_render = True
+    bpy.ops.wm.save_as_mainfile(filepath=str(files["blend"]), copy=True)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    return files
+
+
+@pytest.mark.parametrize("suffix", ["usdc", "glb", "obj", "blend"])
+def test_file_gives_its_visible_meshes_as_one(suffix: str, cones: dict[str, Path]) -> None:
+    mesh = character.load(str(cones[suffix]))
+    check_whole(mesh)
+    xs = [vertex.co.x for vertex in mesh.vertices]
+    # 2 cones of radius 1 and height 2, their axes 3 apart: 5 wide and 2 high, scaled to 1.8 high and put around the middle
+    assert (min(xs), max(xs)) == pytest.approx((-2.25, 2.25), abs=1e-3)
+    assert not bpy.data.objects
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("gone.blend", None, "does not exist"),
+        ("empty.glb", b"", "is empty"),
+        ("broken.blend", b"BLENDER17-01v0502" + bytes(40), "cannot read|damaged"),
+        ("broken.glb", b"glTF\x02\x00\x00\x00", "cannot read|damaged"),
+        ("broken.usdc", b"PXR-USDC" + bytes(20), "cannot read|damaged"),
+        ("points.obj", b"v 0 0 0\nv 1 0 0\n", "no mesh"),
+        ("picture.png", b"?", "known kind"),
+    ],
+)
+def test_unusable_file_is_refused_in_one_line(name: str, content: bytes | None, message: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(character.CharacterError, match=message) as caught:
+        character.load(str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_truncated_file_is_refused(cones: dict[str, Path]) -> None:
+    for suffix in ("usdc", "glb", "blend"):
+        whole = cones[suffix].read_bytes()
+        cones[suffix].write_bytes(whole[: len(whole) // 2])
+        with pytest.raises(character.CharacterError):
+            character.load(str(cones[suffix]))
+
+
+@pytest.mark.parametrize(("who", "bust"), [("human", True), ("human", False), ("monkey", False)])
+@pytest.mark.parametrize("resolution", [(1280, 480), (300, 600)])
+def test_all_characters_are_in_the_frame(who: str, bust: bool, resolution: tuple[int, int]) -> None:
+    stage = five_characters.build(character.load(who), 0.8, bust, resolution)
+    assert [one.look.name for one in stage.characters] == [
+        "specular",
+        "lambert",
+        "oren_nayar_0",
+        "oren_nayar_0.2",
+        "oren_nayar_0.33",
+    ]
+    for one in stage.characters:
+        place = one.subject.matrix_world
+        corners = [
+            world_to_camera_view(stage.scene, stage.scene.camera, place @ Vector(corner)) for corner in one.subject.bound_box
+        ]
+        middle = sum(corner.x for corner in corners) / 8
+        assert 0.0 < middle < 1.0
+        assert max(corner.y for corner in corners) <= 1.0 and (bust or min(corner.y for corner in corners) >= 0.0)

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line scripts/compare.py as its users run it: a process of its own, its files read by a library of its own."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+SCRIPT = Path(__file__).resolve().parent.parent / "scripts" / "compare.py"
+FIELDS = {
+    "name": str,
+    "model": str,
+    "sigma": float | None,
+    "albedo": float,
+    "engine": str,
+    "samples": int,
+    "render_seconds": float,
+    "pixels": int,
+    "rms_error": float,
+    "p99_error": float,
+    "mean_luminance": float,
+    "luminance_over_lambert": float,
+}
+# Prints name, width, height, channels and whether all values are finite, with the package openimageio, in a process without bpy.
+INSPECT = """
+import sys, OpenImageIO as oiio
+for path in sys.argv[1:]:
+    image = oiio.ImageBuf(path)
+    stats = oiio.ImageBufAlgo.computePixelStats(image)
+    finite = not any(stats.nancount + stats.infcount)
+    print(path.rsplit("/", 1)[-1], image.spec().width, image.spec().height, image.nchannels, finite)
+"""
+
+
+def compare(*arguments: str, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, SCRIPT, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, env=os.environ | environment)
+
+
+@pytest.mark.render
+def test_comparison_end_to_end(tmp_path: Path, eevee_runs_here: bool) -> None:
+    engines = ["eevee", "cycles"] if eevee_runs_here else ["cycles"]
+    result = compare("--resolution", "480x180", "--samples", "4", "--out", "out", "--save-blend", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert "Oren-Nayar" in result.stdout and "100%" in result.stdout
+
+    folder = tmp_path / "out"
+    pictures = [f"{kind}_{engine}.png" for engine in engines for kind in ("five", "error")]
+    linear = [f"five_{engine}.exr" for engine in engines]
+    assert sorted(path.name for path in folder.iterdir()) == sorted([*pictures, *linear, "compare.json", "five.blend"])
+    files = [str(folder / name) for name in [*pictures, *linear]]
+    seen = subprocess.run([sys.executable, "-c", INSPECT, *files], capture_output=True, text=True, check=True).stdout.splitlines()
+    for line in seen:
+        name, width, height, channels, finite = line.split()
+        assert (int(width), int(channels), finite) == (480, 3 if name.endswith("exr") else 4, "True")
+        assert int(height) == 180 if name.endswith("exr") else int(height) > 180  # captions below
+
+    document = json.loads((folder / "compare.json").read_text())
+    assert set(document) == {"records", "environment", "options"}
+    assert set(document["environment"]["devices"]) == set(engines) and document["environment"]["machine"]["cores"] >= 1
+    assert document["options"]["resolution"] == [480, 180]
+    records = {(record["engine"], record["name"]): record for record in document["records"]}
+    assert len(records) == 5 * len(engines)
+    for record in records.values():
+        assert set(record) == set(FIELDS)
+        assert all(isinstance(record[field], kind) for field, kind in FIELDS.items())
+        assert record["pixels"] > 1000
+    for engine in engines:
+        lambert, smooth = records[engine, "lambert"], records[engine, "oren_nayar_0"]
+        # the project's promise for the exact cases
+        assert lambert["rms_error"] <= (0.01 if engine == "eevee" else 0.005)
+        assert smooth["rms_error"] <= (0.01 if engine == "eevee" else 0.005)
+        assert smooth["luminance_over_lambert"] == pytest.approx(lambert["luminance_over_lambert"], abs=0.002)
+        # equation (1): A = 0.876 at sigma 0.33 darkens, the back-scattering lobe gives some of it back
+        assert 0.876 < records[engine, "oren_nayar_0.33"]["luminance_over_lambert"] < 1.0
+
+
+@pytest.mark.render
+def test_without_a_graphics_driver_cycles_still_renders(tmp_path: Path) -> None:
+    result = compare(
+        *("--character", "monkey", "--resolution", "80x32", "--samples", "1", "--out", "out"),
+        cwd=tmp_path,
+        __EGL_VENDOR_LIBRARY_FILENAMES="/nowhere",
+        DISPLAY="",
+    )
+    assert result.returncode == 0, result.stderr
+    if (tmp_path / "out" / "five_eevee.png").exists():
+        pytest.skip("this driver cannot be hidden")
+    assert "EEVEE finds no graphics driver" in result.stdout
+    assert (tmp_path / "out" / "five_cycles.png").exists()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("--sigma", "-0.1"),
+        ("--sigma", "nan"),
+        ("--sigma", "0.2,rough"),
+        ("--sigma", ""),
+        ("--sigma", "1.6"),
+        ("--albedo", "1.5"),
+        ("--albedo", "nan"),
+        ("--albedo", "white"),
+        ("--resolution", "0x10"),
+        ("--resolution", "100"),
+        ("--resolution", "-5x5"),
+        ("--resolution", "99999x99999"),
+        ("--samples", "0"),
+        ("--samples", "1.5"),
+        ("--engine", "renderman"),
+        ("--engine", ""),
+        ("--character", "missing.blend"),
+        ("--character", "nobody"),
+        ("--character", "empty.glb"),
+        ("--character", "truncated.usdc"),
+        ("--character", "points.obj"),
+        ("--out", "a_file"),
+        ("--out", "a_file/below"),
+        ("--out", "/proc/nowhere"),
+        ("--unknown",),
+    ],
+    ids=" ".join,
+)
+def test_bad_input_is_one_line_and_status_2(arguments: tuple[str, ...], tmp_path: Path) -> None:
+    (tmp_path / "empty.glb").touch()
+    (tmp_path / "truncated.usdc").write_bytes(b"PXR-USDC" + bytes(20))
+    (tmp_path / "points.obj").write_text("v 0 0 0\n")
+    (tmp_path / "a_file").touch()
+    before = sorted(tmp_path.rglob("*"))
+    result = compare("--engine", "cycles", *arguments, cwd=tmp_path)
+    assert result.returncode == 2, result.stdout
+    assert len(result.stderr.splitlines()) == 1 and result.stderr.startswith("compare.py: error: "), result.stderr
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("kill", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL], ids=lambda kill: kill.name)
+def test_killed_half_way_leaves_no_file_under_its_final_name(kill: signal.Signals, tmp_path: Path) -> None:
+    options = "--character monkey --engine cycles --resolution 640x240 --samples 4096 --out out"
+    process = subprocess.Popen(
+        [sys.executable, SCRIPT, *options.split()], cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    staged = wait_for(lambda: list(tmp_path.glob(".true_diffuse_*")))
+    time.sleep(6.0)  # Blender is up by now and renders; each picture takes minutes
+    process.send_signal(kill)
+    try:
+        assert process.wait(timeout=10) != 0  # at once, not when the picture is done
+    finally:
+        process.kill()
+    assert not (tmp_path / "out").exists()
+    if kill is not signal.SIGKILL:
+        assert not staged[0].exists()
+
+
+def wait_for(found: Callable[[], list[Path]]) -> list[Path]:
+    for _ in range(600):
+        paths = found()
+        if paths:
+            return paths
+        time.sleep(0.05)
+    raise AssertionError("the script did not start")
