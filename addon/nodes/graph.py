@@ -267,7 +267,7 @@ class Graph:
         next_y: dict[int, float] = {}
         for node in self.tree.nodes:
             x = column(node.name)
-            node.location = (x * COLUMN, next_y.get(x, 0.0))
-            visible = sum(socket.enabled for socket in (*node.inputs, *node.outputs))
-            next_y[x] = node.location.y - NODE_HEIGHT - SOCKET_HEIGHT * visible
+            y = next_y.get(x, 0.0)
+            node.location = (x * COLUMN, y)
+            next_y[x] = y - NODE_HEIGHT - SOCKET_HEIGHT * sum(socket.enabled for socket in (*node.inputs, *node.outputs))
             node.select = False
