@@ -2,18 +2,14 @@
 """A Blender without the user's settings for every test process, and this checkout as the package true_diffuse."""
 
 import os
-import sys
 import tempfile
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parent.parent
 # Before bpy is imported: add-ons and settings of whoever runs the tests must not take part.
 os.environ["BLENDER_USER_RESOURCES"] = tempfile.mkdtemp(prefix="true_diffuse_tests_")
-sys.path.insert(0, str(ROOT / "scripts"))
 
-import checkout  # noqa: E402, F401
+import checkout  # noqa: F401
 
 
 @pytest.fixture

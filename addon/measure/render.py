@@ -78,6 +78,7 @@ def measurement_scene(source: bpy.types.Scene, subject: bpy.types.Object, sun: b
     render.filter_size = 0.0
     scene.cycles.pixel_filter_type = "BLACKMAN_HARRIS"  # the width of BOX cannot be set
     scene.cycles.filter_width = CENTER
+    scene.cycles.shading_system = source.cycles.shading_system
     scene.cycles.max_bounces = 0
     scene.cycles.light_sampling_threshold = 0.0  # else dim light is dropped at random
     scene.eevee.use_shadows = False
