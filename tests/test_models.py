@@ -12,6 +12,7 @@ from true_diffuse.addon.models.oren_nayar import as_printed, coefficients
 from true_diffuse.addon.models.quadrature import gauss_legendre
 from true_diffuse.addon.models.vector import from_polar
 
+mpmath.mp.dps = 50
 N = (0.0, 0.0, 1.0)
 cosines = st.floats(1e-6, 1.0)
 azimuths = st.floats(0.0, 2.0 * math.pi)
