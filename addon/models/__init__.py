@@ -12,11 +12,25 @@ Light or viewer below the surface (N.L <= 0 or N.V <= 0) gives 0.
 Paper: S. Kim and M. Lee, "Surface Model and Scattering Analysis for Realistic Game Character" (2021).
 """
 
+from .cycles_diffuse import CyclesDiffuse
+from .eon import Eon
 from .fujii import Fujii
 from .lambert import Lambert
 from .oren_nayar import OrenNayar
+from .oren_nayar_1994 import OrenNayar1994
 from .protocol import Model
 from .quadrature import average_albedo, directional_albedo
 from .specular import Specular
 
-__all__ = ("Fujii", "Lambert", "Model", "OrenNayar", "Specular", "average_albedo", "directional_albedo")
+__all__ = (
+    "CyclesDiffuse",
+    "Eon",
+    "Fujii",
+    "Lambert",
+    "Model",
+    "OrenNayar",
+    "OrenNayar1994",
+    "Specular",
+    "average_albedo",
+    "directional_albedo",
+)
