@@ -2,6 +2,7 @@
 """What the engines themselves do, as far as the project builds on it: to be measured again with every new Blender."""
 
 import bpy
+
 import pytest
 from true_diffuse.addon import engines
 from true_diffuse.addon.models import CyclesDiffuse, Eon, Lambert
