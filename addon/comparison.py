@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The five-character comparison as data and pictures: renders, per-character measurements, error maps, records."""
 
+import math
 import os
 import platform
 import re
@@ -9,7 +10,7 @@ from collections.abc import Generator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import bpy
 
@@ -23,7 +24,7 @@ from .models import Lambert, OrenNayar
 
 PICTURE_WORK, MEASUREMENT_WORK = 12.0, 1.0  # about how long each takes, in any unit
 
-type Record = dict[str, str | int | float | None]
+type Record = dict[str, Any]  # a line of a results file: names to text, numbers or None
 
 
 class Progress(Protocol):
@@ -119,7 +120,7 @@ def render_picture(stage: FiveCharacters, engine: Engine, samples: int, folder: 
     scene = stage.scene
     engines.use(scene, engine, samples)
     with progress.step(f"Rendering  {engine.label}", PICTURE_WORK), _reported(progress):
-        bpy.ops.render.render(scene=scene.name)
+        render.render(scene)
     result = bpy.data.images["Render Result"]
     settings = scene.render.image_settings
     settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGB", "32"
@@ -167,15 +168,17 @@ def _percent(share: float) -> str:
     return f"{100.0 * share:.2f} %"
 
 
+def known(value: float) -> float | None:
+    """Return `value`, or None, which JSON can hold, for NaN."""
+    return None if math.isnan(value) else value
+
+
 def record(one: Measured, albedo: float) -> Record:
     """Return one character in one engine as compare.json keeps it: seconds, radiances in W/(m^2 sr), errors as shares of 1.
 
     A figure that cannot be told, as no pixel faces both light and camera or the albedo is 0, is None.
     """
     look = one.seen.character.look
-
-    def known(value: float) -> float | None:
-        return value if value == value else None
 
     return {
         "name": look.name,
@@ -196,8 +199,8 @@ def record(one: Measured, albedo: float) -> Record:
 def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return the columns and rows that sum up `records` for people."""
 
-    def show(value: str | int | float | None, form: str, factor: float = 1.0) -> str:
-        return "-" if value is None else form.format(float(value) * factor)
+    def show(value: float | None, form: str, factor: float = 1.0) -> str:
+        return "-" if value is None else form.format(value * factor)
 
     columns = ("Engine", "Character", "Seconds", "Pixels", "RMS error", "99 % below", "Luminance", "L / Lambert")
     rows: list[tuple[str, ...]] = [

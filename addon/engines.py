@@ -64,7 +64,11 @@ def eevee_runs_here() -> bool:
     """
     code = "import bpy, gpu; gpu.init(); gpu.platform.renderer_get()"
     binary = bpy.app.binary_path
-    command = [binary, "--background", "--factory-startup", "--python-expr", code] if binary else [sys.executable, "-c", code]
+    command = (
+        [binary, "--background", "--factory-startup", "--python-exit-code", "1", "--python-expr", code]
+        if binary
+        else [sys.executable, "-c", code]
+    )
     try:
         return subprocess.run(command, capture_output=True, timeout=PROBE_SECONDS, check=False).returncode == 0
     except subprocess.TimeoutExpired:

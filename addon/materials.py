@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Materials made of True Diffuse groups."""
 
+from pathlib import Path
+
 import bpy
 
 from .nodes import Group
+
+SHADERS = Path(__file__).resolve().parent.parent / "shaders"
 
 
 def create(name: str, group: Group, **inputs: float | tuple[float, ...]) -> bpy.types.Material:
@@ -15,6 +19,32 @@ def create(name: str, group: Group, **inputs: float | tuple[float, ...]) -> bpy.
     node.node_tree = group.ensure()
     node.name = group.name
     node.width = 220.0
+    for socket, value in inputs.items():
+        node.inputs[socket].default_value = value
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    output.location = (300.0, 0.0)
+    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+    return material
+
+
+def create_osl(name: str, stem: str, **inputs: float | tuple[float, ...]) -> bpy.types.Material:
+    """Return a new material whose surface is the OSL shader shaders/STEM.osl, for Cycles scenes with Open Shading Language on.
+
+    The shader's text is kept in the .blend file; nothing is written beside the source. Raises RuntimeError with the
+    compiler's words where it does not compile.
+    """
+    bpy.utils.expose_bundled_modules()
+    import OpenImageIO  # noqa: F401 - Blender's OSL query needs it loaded first
+    from cycles import osl
+
+    material = bpy.data.materials.new(name)
+    tree = material.node_tree
+    tree.nodes.clear()
+    node = tree.nodes.new("ShaderNodeScript")
+    node.script = bpy.data.texts.get(f"{stem}.osl") or bpy.data.texts.load(str(SHADERS / f"{stem}.osl"), internal=True)
+    messages: list[str] = []
+    if not osl.update_script_node(node, lambda _kind, text: messages.append(text)):
+        raise RuntimeError("; ".join(messages))
     for socket, value in inputs.items():
         node.inputs[socket].default_value = value
     output = tree.nodes.new("ShaderNodeOutputMaterial")

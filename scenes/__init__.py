@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes built in code, used by the scripts, the tests and the add-on alike."""
+"""Scenes built in code, used by comparison and accuracy, the scripts and the tests."""

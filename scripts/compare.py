@@ -8,22 +8,17 @@ blender -b --python scripts/compare.py -- [OPTIONS]
 import json
 import math
 import sys
-import traceback
 from argparse import ArgumentTypeError
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from console import BAD_INPUT, BadInput, Parser, Terminal, script_arguments, stop_cleanly
+from console import BadInput, Parser, Terminal, script_arguments
+from frame import ENGINE_KEYS, engine_list, run_script, sample_count, start_blender
 from outputs import Staging
 
-try:
-    from rich_terminal import RichTerminal as BestTerminal
-except ImportError:  # in Blender's own Python
-    BestTerminal = Terminal
-
-ENGINE_KEYS = ("eevee", "cycles")
 SAMPLES = {"eevee": 16, "cycles": 32}
 
 
@@ -45,30 +40,19 @@ class Options:
 def main() -> int:
     """Run the script; returns the exit status."""
     options = parse(script_arguments())
-    try:
-        with Staging(options.out) as staging:
-            stop_cleanly(staging.discard)
-            with BestTerminal() as terminal:
-                compare(options, staging, terminal)
-    except BadInput as error:
-        print(f"compare.py: error: {error}", file=sys.stderr)
-        return BAD_INPUT
-    except Exception:
-        traceback.print_exc()
-        return 1
-    return 0
+    return run_script("compare.py", options.out, partial(compare, options))
 
 
 def parse(arguments: list[str]) -> Options:
     """Return the options; ends the process with one line and status 2 where they make no sense."""
     parser = Parser(prog="compare.py", description=__doc__.splitlines()[0])
     parser.add_argument(
-        "--engine", type=_engines, default=ENGINE_KEYS, metavar="LIST", help="engines, comma separated (default: eevee,cycles)"
+        "--engine", type=engine_list, default=ENGINE_KEYS, metavar="LIST", help="engines, comma separated (default: eevee,cycles)"
     )
     parser.add_argument("--resolution", type=_resolution, default=(1280, 480), metavar="WxH", help="pixels (default: 1280x480)")
     parser.add_argument(
         "--samples",
-        type=_samples,
+        type=sample_count,
         metavar="N",
         help=f"samples per pixel (default: {SAMPLES['eevee']} in EEVEE, {SAMPLES['cycles']} in Cycles)",
     )
@@ -106,14 +90,6 @@ def _number(text: str) -> float:
         raise ArgumentTypeError(f"{text!r} is not a number") from None
 
 
-def _engines(text: str) -> tuple[str, ...]:
-    keys = tuple(dict.fromkeys(part.strip().lower() for part in text.split(",")))
-    for key in keys:
-        if key not in ENGINE_KEYS:
-            raise ArgumentTypeError(f"unknown engine {key!r}: choose from {', '.join(ENGINE_KEYS)}")
-    return keys
-
-
 def _resolution(text: str) -> tuple[int, int]:
     width, _, height = text.lower().partition("x")
     if not (width.isdecimal() and height.isdecimal()):
@@ -124,14 +100,8 @@ def _resolution(text: str) -> tuple[int, int]:
     return size
 
 
-def _samples(text: str) -> int:
-    if not text.isdecimal() or not 1 <= int(text) <= 65536:
-        raise ArgumentTypeError(f"{text!r} is not a whole number from 1 to 65536")
-    return int(text)
-
-
 def _sigmas(text: str) -> tuple[float, ...]:
-    values = tuple(_number(part) for part in text.split(","))
+    values = tuple(dict.fromkeys(abs(value) if value == 0.0 else value for value in map(_number, text.split(","))))
     for value in values:
         if not 0.0 <= value <= math.pi / 2:
             raise ArgumentTypeError(f"sigma must be 0 to pi/2 radians, not {value:g}")
@@ -149,32 +119,16 @@ def _albedo(text: str) -> float:
 
 def compare(options: Options, staging: Staging, terminal: Terminal) -> None:
     """Render, measure and write everything into `staging`, then publish it."""
-    terminal.say("Loading Blender and the character")
-    import bpy
-
-    import checkout  # noqa: F401 - makes this checkout the package true_diffuse
-    from true_diffuse.addon import comparison, engines
-    from true_diffuse.addon.measure import render
+    chosen = start_blender(options.engines, terminal)
+    from true_diffuse.addon import comparison
     from true_diffuse.scenes import character, five_characters
 
-    try:
-        render.openimageio()
-    except ImportError:
-        raise BadInput("this Blender lacks OpenImageIO, which reads the renders (Debian: python3-openimageio)") from None
-    bpy.ops.wm.read_factory_settings(use_empty=True)
     try:
         mesh = character.load(options.character)
     except character.CharacterError as error:
         raise BadInput(str(error)) from error
     bust = options.character == "human" and not options.full_figure
     stage = five_characters.build(mesh, options.albedo, bust, options.resolution, options.sigmas)
-
-    chosen = [engines.ENGINES[key] for key in options.engines]
-    if engines.EEVEE in chosen and not engines.eevee_runs_here():
-        terminal.say("EEVEE finds no graphics driver here and is left out")
-        chosen.remove(engines.EEVEE)
-    if not chosen:
-        raise BadInput("no engine is left to render with")
 
     folder = staging.folder
     with terminal.progress(comparison.work(stage, len(chosen))) as progress:

@@ -69,7 +69,7 @@ class Terminal:
         sys.stderr.flush()
         self._log = tempfile.TemporaryFile()
         self._saved = [os.dup(1), os.dup(2)]
-        self.out = os.fdopen(os.dup(1), "w", buffering=1)
+        self.out = os.fdopen(os.dup(1), "w", buffering=1, encoding=sys.stdout.encoding, errors="replace")
         for descriptor in (1, 2):
             os.dup2(self._log.fileno(), descriptor)
         return self

@@ -3,6 +3,7 @@
 
 import shutil
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
@@ -10,23 +11,25 @@ from console import BadInput
 
 
 class Staging:
-    """A context with a hidden `folder` beside the final one; `publish` moves its files to `target`, leaving it removes the rest.
+    """A context with a hidden `folder` inside the final one; `publish` moves its files to `target`, leaving it removes the rest.
 
-    Raises BadInput on entry where `target` cannot be a folder to write to.
+    `target` is made where it is missing, and removed again where nothing gets published. Raises BadInput on entry where `target`
+    cannot be a folder to write to.
     """
 
     def __init__(self, target: Path) -> None:
         self.target = target
+        self.made: list[Path] = []
 
     def __enter__(self) -> "Staging":
-        place = self.target
-        while not place.exists():
-            place = place.parent
-        if not place.is_dir():
-            raise BadInput(f"output folder {self.target}: {place} is a file")
         try:
-            self.folder = Path(tempfile.mkdtemp(prefix=".true_diffuse_", dir=place)).resolve()
+            for place in reversed((self.target, *self.target.parents)):
+                if not place.exists():
+                    place.mkdir()
+                    self.made.append(place)
+            self.folder = Path(tempfile.mkdtemp(prefix=".true_diffuse_", dir=self.target)).resolve()
         except OSError as error:
+            self.discard()
             raise BadInput(f"cannot write to output folder {self.target}: {error.strerror}") from error
         return self
 
@@ -34,13 +37,22 @@ class Staging:
         self.discard()
 
     def discard(self) -> None:
-        """Remove the hidden folder and all in it."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+        """Remove the hidden folder with all in it, and the folders that were made for it as far as they are empty."""
+        if hasattr(self, "folder"):
+            shutil.rmtree(self.folder, ignore_errors=True)
+        for place in reversed(self.made):
+            with suppress(OSError):
+                place.rmdir()
 
     def publish(self) -> list[str]:
-        """Move the files to the target folder, replacing older ones; returns their names."""
-        self.target.mkdir(parents=True, exist_ok=True)
+        """Move the files to the target folder, replacing older ones; returns their names. Raises BadInput where that fails."""
         names = sorted(path.name for path in self.folder.iterdir())
         for name in names:
-            (self.folder / name).replace(self.target / name)
+            if (self.target / name).is_dir():
+                raise BadInput(f"{self.target / name} is a folder")
+        for name in names:
+            try:
+                (self.folder / name).replace(self.target / name)
+            except OSError as error:
+                raise BadInput(f"cannot write {self.target / name}: {error.strerror}") from error
         return names

@@ -7,9 +7,10 @@ import tempfile
 import pytest
 
 # Before bpy is imported: add-ons and settings of whoever runs the tests must not take part.
-os.environ["BLENDER_USER_RESOURCES"] = tempfile.mkdtemp(prefix="true_diffuse_tests_")
+profile = tempfile.TemporaryDirectory(prefix="true_diffuse_tests_", ignore_cleanup_errors=True)
+os.environ["BLENDER_USER_RESOURCES"] = profile.name
 
-import checkout  # noqa: F401
+import checkout  # noqa: E402, F401
 
 
 @pytest.fixture

@@ -57,6 +57,10 @@ def cones(tmp_path: Path) -> dict[str, Path]:
     bpy.ops.object.light_add()
     bpy.ops.mesh.primitive_cube_add(size=50.0)
     bpy.context.object.hide_render = True
+    widgets = bpy.data.collections.new("Widgets")  # as rigs keep the shapes of their bones
+    widgets.hide_render = True
+    bpy.context.scene.collection.children.link(widgets)
+    widgets.objects.link(bpy.data.objects.new("WGT", bpy.context.object.data))
     bpy.ops.wm.save_as_mainfile(filepath=str(files["blend"]), copy=True)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     return files
@@ -69,7 +73,22 @@ def test_file_gives_its_visible_meshes_as_one(suffix: str, cones: dict[str, Path
     xs = [vertex.co.x for vertex in mesh.vertices]
     # 2 cones of radius 1 and height 2, their axes 3 apart: 5 wide and 2 high, scaled to 1.8 high and put around the middle
     assert (min(xs), max(xs)) == pytest.approx((-2.25, 2.25), abs=1e-3)
-    assert not bpy.data.objects
+    assert not bpy.data.objects and len(bpy.data.meshes) == 1 and len(bpy.data.scenes) == 1
+
+
+def test_blend_file_gives_instances_and_modifiers_as_rendered(tmp_path: Path) -> None:
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.object.modifiers.new("Subdivision", "SUBSURF").render_levels = 1
+    bpy.context.object.modifiers["Subdivision"].levels = 0
+    parts = bpy.data.collections.new("Parts")
+    parts.objects.link(bpy.context.object)
+    bpy.context.scene.collection.objects.unlink(bpy.context.object)
+    for x in (0.0, 4.0, 8.0):
+        bpy.ops.object.collection_instance_add(collection=parts.name, location=(x, 0.0, 0.0))
+    path = tmp_path / "instances.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    assert len(character.load(str(path)).polygons) == 3 * 24  # a cube subdivided once, three times
 
 
 @pytest.mark.parametrize(
@@ -81,6 +100,7 @@ def test_file_gives_its_visible_meshes_as_one(suffix: str, cones: dict[str, Path
         ("broken.glb", b"glTF\x02\x00\x00\x00", "cannot read|damaged"),
         ("broken.usdc", b"PXR-USDC" + bytes(20), "cannot read|damaged"),
         ("points.obj", b"v 0 0 0\nv 1 0 0\n", "no mesh"),
+        ("flat.obj", b"v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n", "flat"),
         ("picture.png", b"?", "known kind"),
     ],
 )

@@ -26,7 +26,7 @@ def blenders_own_diffuse(roughness: float) -> bpy.types.Material:
 @pytest.mark.parametrize("degrees", [0.0, 60.0])
 def test_diffuse_bsdf_of_cycles_is_its_own_model_not_eon(degrees: float) -> None:
     sphere = sphere_under_sun(64)
-    cycles, eon = sphere.errors(blenders_own_diffuse(1.0), [CyclesDiffuse(1.0), Eon(1.0)], engines.CYCLES, 4, degrees)
+    cycles, eon = sphere.measure(blenders_own_diffuse(1.0), [CyclesDiffuse(1.0), Eon(1.0)], engines.CYCLES, 4, degrees)[1]
     assert cycles.rms < 0.002  # the pixel filter's 0.01 pixels
     assert eon.rms > 0.01
 
@@ -35,5 +35,5 @@ def test_diffuse_bsdf_of_eevee_ignores_roughness(eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("EEVEE finds no graphics driver here")
     sphere = sphere_under_sun(64)
-    (result,) = sphere.errors(blenders_own_diffuse(1.0), [Lambert()], engines.EEVEE, 4, 60.0)
+    (result,) = sphere.measure(blenders_own_diffuse(1.0), [Lambert()], engines.EEVEE, 4, 60.0)[1]
     assert result.rms < 0.004  # colors of 10 bits

@@ -46,6 +46,12 @@ def test_errors_of_a_black_surface_are_not_a_number() -> None:
     assert result.pixels == 1 and math.isnan(result.rms)
 
 
+def test_luminance_over_a_black_lambert_is_not_a_number() -> None:
+    lit, black = Analytic(array("l", [0]), array("f", [1.0] * 3)), Analytic(array("l", [0]), array("f", [0.0] * 3))
+    result = errors(array("f", [1.0] * 3), lit, black)
+    assert result.rms == 0.0 and math.isnan(result.luminance_over_lambert)
+
+
 def test_signed_difference_is_a_share_of_white() -> None:
     seen = surface([(0.0, 0.0, 1.0)], [1])
     (expected,) = analytic(seen, (Lambert(),), (0.0, 0.0, 5.0), SUN)

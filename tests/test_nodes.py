@@ -68,10 +68,10 @@ def test_groups_render_as_their_models(engine: engines.Engine, eevee_runs_here: 
     rough = {sigma: materials.create("Rough", OREN_NAYAR, Color=COLOR, Sigma=sigma) for sigma in (0.33, 1.0)}
     for degrees in (0.0, 60.0, 120.0):
         for material in (lambert, smooth):
-            (result,) = sphere.errors(material, [Lambert()], engine, 4, degrees)
+            (result,) = sphere.measure(material, [Lambert()], engine, 4, degrees)[1]
             assert result.rms < OWN_ERROR[engine.key]
         for sigma, material in rough.items():
-            own, paper = sphere.errors(material, [lobes(sigma), OrenNayar(sigma)], engine, 4, degrees)
+            own, paper = sphere.measure(material, [lobes(sigma), OrenNayar(sigma)], engine, 4, degrees)[1]
             assert own.rms < OWN_ERROR[engine.key]
             # what the lobes leave on the front of a sphere: at most 10 % in EEVEE (sigma 1, light at the viewer), 6 % in Cycles
             assert paper.rms < (0.1 if engine is engines.EEVEE else 0.06)
@@ -81,7 +81,7 @@ def test_groups_render_as_their_models(engine: engines.Engine, eevee_runs_here: 
 def test_specular_in_cycles_is_near_blinn_phong() -> None:
     sphere = sphere_under_sun(64)
     material = materials.create("Specular", SPECULAR_GROUP, Color=COLOR)
-    result, lambert = sphere.errors(material, [Specular(), Lambert()], engines.CYCLES, 4, 0.0)
+    result, lambert = sphere.measure(material, [Specular(), Lambert()], engines.CYCLES, 4, 0.0)[1]
     assert result.rms < 0.01 < lambert.rms  # Beckmann's lobe, seen and lit from the same side
 
 
@@ -94,6 +94,6 @@ def test_normal_input_bends_the_surface() -> None:
     flat = nodes.new("ShaderNodeCombineXYZ")
     flat.inputs["Y"].default_value = -3.0  # any length: towards the camera, in which the whole disk then looks lit head on
     material.node_tree.links.new(flat.outputs[0], nodes[OREN_NAYAR.name].inputs["Normal"])
-    (result,) = sphere.errors(material, [Lambert()], engines.CYCLES, 1, 0.0)
+    (result,) = sphere.measure(material, [Lambert()], engines.CYCLES, 1, 0.0)[1]
     a = OrenNayar(0.33).a
     assert result.mean_luminance == pytest.approx(a * (0.2126 * 0.8 + 0.7152 * 0.5 + 0.0722 * 0.2), rel=0.01)

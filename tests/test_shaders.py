@@ -5,11 +5,9 @@ import math
 import random
 import struct
 
-import bpy
-
 import pytest
 from glsl import SHADERS, evaluate
-from true_diffuse.addon import engines
+from true_diffuse.addon import engines, materials
 from true_diffuse.addon.models import Lambert, Model, OrenNayar, Specular
 from true_diffuse.addon.models.lobes import CyclesLobes
 from true_diffuse.addon.models.vector import Vector, dot, from_polar, normalize
@@ -74,24 +72,10 @@ def test_glsl_says_what_it_is(path) -> None:
 @pytest.mark.render
 @pytest.mark.usefixtures("empty_file")
 def test_osl_renders_as_its_model() -> None:
-    bpy.utils.expose_bundled_modules()
-    import OpenImageIO  # noqa: F401 - oslquery needs it loaded first
-    from cycles import osl
-
     sphere = sphere_under_sun(64)
     sphere.scene.cycles.shading_system = True
-    material = bpy.data.materials.new("OSL")
-    tree = material.node_tree
-    tree.nodes.clear()
-    node = tree.nodes.new("ShaderNodeScript")
-    node.mode, node.filepath = "EXTERNAL", str(SHADERS / "oren_nayar.osl")
-    messages = []
-    assert osl.update_script_node(node, lambda _kind, text: messages.append(text)), messages
-    node.inputs["Color"].default_value = COLOR
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
     for sigma in (0.2, 1.0):
-        node.inputs["Sigma"].default_value = sigma
-        own, paper = sphere.errors(material, [CyclesLobes(sigma), OrenNayar(sigma)], engines.CYCLES, 4, 60.0)
+        material = materials.create_osl("OSL", "oren_nayar", Color=COLOR, Sigma=sigma)
+        own, paper = sphere.measure(material, [CyclesLobes(sigma), OrenNayar(sigma)], engines.CYCLES, 4, 60.0)[1]
         assert own.rms < 0.002  # the pixel filter's 0.01 pixels
         assert paper.rms < 0.013  # what the lobes leave at sigma = 1

@@ -122,9 +122,9 @@ def errors(rendered: array[float], expected: Analytic, lambert: Analytic) -> Err
     return Errors(
         pixels=count,
         rms=math.sqrt(squares / reference),
-        p99=math.sqrt(deviations[min(count - 1, int(0.99 * count))] * count / reference),
+        p99=math.sqrt(deviations[math.ceil(0.99 * count) - 1] * count / reference),
         mean_luminance=shown / count,
-        luminance_over_lambert=shown / ideal,
+        luminance_over_lambert=shown / ideal if ideal > 0.0 else math.nan,
     )
 
 

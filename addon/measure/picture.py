@@ -65,6 +65,7 @@ def caption(source: Path, target: Path, captions: Sequence[str], centers: Sequen
     with picture.with_buffer() as old, image.with_buffer(write=True) as new:
         new.cast("B")[4 * width * strip :] = old.cast("B")
     _write_row(image, captions, centers, 0.9 * size, size)
+    image.compress = 90
     imbuf.write(image, filepath=str(target))
 
 
@@ -108,4 +109,5 @@ def heat_map(
     labels = ["0" if mark == 0.0 else f"{100.0 * mark:+g} %".replace("-", "\u2212") for mark in SCALE_MARKS]
     _write_row(image, labels, [middle + half * scale_place(mark) for mark in SCALE_MARKS], 2.1 * size, 0.8 * size)
     _write_row(image, [title], [width / 2.0], 0.7 * size, 0.8 * size)
+    image.compress = 90
     imbuf.write(image, filepath=str(target))

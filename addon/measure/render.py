@@ -21,9 +21,9 @@ from .error import Light, Surface
 
 CENTER = 0.01  # pixels, the narrowest filter that Cycles has
 # An edge this near a pixel's center [pixels] may fall to either side of it: there the engines may see different surfaces. It shows
-# in a mean normal shorter than ONE_NORMAL (surfaces apart by over 1.6 degrees), a mean albedo other than the center's by ONE_PAINT,
+# in a mean normal shorter than ONE_NORMAL (surfaces apart by over 5 degrees), a mean albedo other than the center's by ONE_PAINT,
 # or less than full alpha.
-EDGE, EDGE_SAMPLES, ONE_NORMAL, ONE_PAINT, COVERED = 0.1, 24, 0.9999, 0.01, 0.999
+EDGE, EDGE_SAMPLES, ONE_NORMAL, ONE_PAINT, COVERED = 0.1, 24, 0.999, 0.01, 0.999
 MARGIN = 2  # pixels around the object's outline, so that none is lost to rounding
 
 
@@ -65,17 +65,17 @@ def measurement_scene(source: bpy.types.Scene, subject: bpy.types.Object, sun: b
     for item in (subject, source.camera, lamp):
         scene.collection.objects.link(item)
     scene.camera = source.camera
-    render = scene.render
-    render.resolution_x, render.resolution_y = source.render.resolution_x, source.render.resolution_y
-    render.resolution_percentage = 100
+    settings = scene.render
+    settings.resolution_x, settings.resolution_y = source.render.resolution_x, source.render.resolution_y
+    settings.resolution_percentage = 100
     region = region_of(scene, subject)
-    render.use_border = render.use_crop_to_border = True
+    settings.use_border = settings.use_crop_to_border = True
     # Blender keeps the border as shares of the frame in 32-bit floats and cuts them down to pixels: aim past the pixel's edge.
     left, bottom = region.x + 0.25, region.y + 0.25
-    render.border_min_x, render.border_max_x = left / render.resolution_x, (left + region.width) / render.resolution_x
-    render.border_min_y, render.border_max_y = bottom / render.resolution_y, (bottom + region.height) / render.resolution_y
-    render.film_transparent = True
-    render.filter_size = 0.0
+    settings.border_min_x, settings.border_max_x = left / settings.resolution_x, (left + region.width) / settings.resolution_x
+    settings.border_min_y, settings.border_max_y = bottom / settings.resolution_y, (bottom + region.height) / settings.resolution_y
+    settings.film_transparent = True
+    settings.filter_size = 0.0
     scene.cycles.pixel_filter_type = "BLACKMAN_HARRIS"  # the width of BOX cannot be set
     scene.cycles.filter_width = CENTER
     scene.cycles.shading_system = source.cycles.shading_system
@@ -83,9 +83,9 @@ def measurement_scene(source: bpy.types.Scene, subject: bpy.types.Object, sun: b
     scene.cycles.light_sampling_threshold = 0.0  # else dim light is dropped at random
     scene.eevee.use_shadows = False
     scene.eevee.use_raytracing = False
-    render.image_settings.media_type = "MULTI_LAYER_IMAGE"
-    render.image_settings.file_format = "OPEN_EXR_MULTILAYER"
-    render.image_settings.color_depth = "32"
+    settings.image_settings.media_type = "MULTI_LAYER_IMAGE"
+    settings.image_settings.file_format = "OPEN_EXR_MULTILAYER"
+    settings.image_settings.color_depth = "32"
     try:
         yield scene
     finally:
@@ -129,12 +129,18 @@ def _interleave(channels: dict[str, array[float]], name: str, components: str) -
     return result
 
 
+def render(scene: bpy.types.Scene, **options: bool) -> None:
+    """Render `scene`; raises RuntimeError where the render was cancelled."""
+    if bpy.ops.render.render(scene=scene.name, **options) != {"FINISHED"}:
+        raise RuntimeError("the render was cancelled")
+
+
 def _render(scene: bpy.types.Scene) -> tuple[float, dict[str, array[float]]]:
     with tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder:
         path = Path(folder) / "measurement.exr"
         scene.render.filepath = str(path)
         start = time.perf_counter()
-        bpy.ops.render.render(write_still=True, scene=scene.name)
+        render(scene, write_still=True)
         seconds = time.perf_counter() - start
         return seconds, read_exr(path)
 

@@ -20,7 +20,7 @@ class Specular:
     highlight knows of the other, as then usual: rho + k_s above about 1 reflects more than it receives.
     """
 
-    specular: float = 0.2
+    specular: float = 0.06
     exponent: float = 30.0
 
     def __post_init__(self) -> None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Node groups written as arithmetic: a `Graph` fills a shader node tree, its `Value`s are sockets that know + - * / and more.
 
-A node whose inputs are all plain numbers is never made: Python works the number out instead.
+Plain Python numbers stay numbers as long as they meet only numbers: + - * / of them makes no node.
 """
 
 from collections.abc import Callable
@@ -38,7 +38,7 @@ NORMAL = Socket(
 
 @dataclass(frozen=True)
 class Group:
-    """A node group as code. `key` and `name` are stable: files and scripts find groups by them.
+    """A node group as code. `key` and `name` are stable; a file's groups are found again by the stamp of key and version.
 
     Raise `version` whenever `build` or the sockets change, so that files made with an older one get a new group.
     """
@@ -156,9 +156,9 @@ class Graph:
             self._geometry = self.add("ShaderNodeNewGeometry")
         return Value(self, self._geometry.outputs[output])
 
-    def math(self, operation: str, *operands: Operand, clamp: bool = False) -> Value:
+    def math(self, operation: str, *operands: Operand) -> Value:
         """Return a Math node of the given operation."""
-        node = self.add("ShaderNodeMath", operation=operation, use_clamp=clamp)
+        node = self.add("ShaderNodeMath", operation=operation)
         for operand, socket in zip(operands, node.inputs, strict=False):
             self.link(operand, socket)
         return Value(self, node.outputs[0])
@@ -197,7 +197,7 @@ class Graph:
         return self.vector_math("DOT_PRODUCT", a, b, output="Value")
 
     def scale(self, vector: Value | tuple[float, ...], factor: Operand) -> Value:
-        """Return a vector or a colour times a number."""
+        """Return a vector or a color times a number."""
         node = self.add("ShaderNodeVectorMath", operation="SCALE")
         self.link(vector, node.inputs["Vector"])
         self.link(factor, node.inputs["Scale"])

@@ -10,7 +10,7 @@ N.L = N.V = mu; Beckmann's is next to 1.
 
 from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
 
-SPECULAR = Socket("Specular", "NodeSocketFloat", "Weight k_s of the highlight, without Fresnel", 0.2, 0.0, 1.0, subtype="FACTOR")
+SPECULAR = Socket("Specular", "NodeSocketFloat", "Weight k_s of the highlight, without Fresnel", 0.06, 0.0, 1.0, subtype="FACTOR")
 EXPONENT = Socket(
     "Exponent", "NodeSocketFloat", "Blinn-Phong exponent n: the higher, the smaller the highlight", 30.0, 0.0, 10000.0
 )

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What every script does around its own work: options of the same kind, errors, an empty Blender, the engines that run here."""
+
+import sys
+import traceback
+from argparse import ArgumentTypeError
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from console import BAD_INPUT, BadInput, Terminal, stop_cleanly
+from outputs import Staging
+
+try:
+    from rich_terminal import RichTerminal as BestTerminal
+except ImportError:  # in Blender's own Python
+    BestTerminal = Terminal
+
+if TYPE_CHECKING:
+    from true_diffuse.addon.engines import Engine
+
+ENGINE_KEYS = ("eevee", "cycles")
+
+
+def engine_list(text: str) -> tuple[str, ...]:
+    """The type of the option --engine: engines' keys, comma separated."""
+    keys = tuple(dict.fromkeys(part.strip().lower() for part in text.split(",")))
+    for key in keys:
+        if key not in ENGINE_KEYS:
+            raise ArgumentTypeError(f"unknown engine {key!r}: choose from {', '.join(ENGINE_KEYS)}")
+    return keys
+
+
+def sample_count(text: str) -> int:
+    """The type of the option --samples."""
+    if not text.isdecimal() or not 1 <= int(text) <= 65536:
+        raise ArgumentTypeError(f"{text!r} is not a whole number from 1 to 65536")
+    return int(text)
+
+
+def run_script(prog: str, folder: Path, work: Callable[[Staging, Terminal], None]) -> int:
+    """Do `work` in a terminal, its files staged for `folder`; return the exit status, having said what went wrong if so."""
+    try:
+        with Staging(folder) as staging:
+            stop_cleanly(staging.discard)
+            with BestTerminal() as terminal:
+                work(staging, terminal)
+    except BadInput as error:
+        print(f"{prog}: error: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except Exception:
+        traceback.print_exc()  # as Blender does, but its own exit status would be 0
+        return 1
+    return 0
+
+
+def start_blender(keys: Sequence[str], terminal: Terminal) -> list["Engine"]:
+    """Load an empty file, make `true_diffuse` importable, and return the engines of `keys` that run here.
+
+    Raises BadInput where Blender cannot read its renders, or no engine is left.
+    """
+    terminal.say("Loading Blender")
+    try:
+        import bpy
+    except ImportError as error:
+        raise BadInput(f"Blender's module cannot be loaded: {error}") from error
+
+    import checkout  # noqa: F401 - makes this checkout the package true_diffuse
+    from true_diffuse.addon import engines
+    from true_diffuse.addon.measure import render
+
+    try:
+        render.openimageio()
+    except ImportError:
+        raise BadInput("this Blender lacks OpenImageIO, which reads the renders (Debian: python3-openimageio)") from None
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    chosen = [engines.ENGINES[key] for key in keys]
+    if engines.EEVEE in chosen and not engines.eevee_runs_here():
+        terminal.say("EEVEE finds no graphics driver here and is left out")
+        chosen.remove(engines.EEVEE)
+    if not chosen:
+        raise BadInput("no engine is left to render with")
+    return chosen

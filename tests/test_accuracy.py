@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line scripts/accuracy.py as its users run it."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SCRIPT = Path(__file__).resolve().parent.parent / "scripts" / "accuracy.py"
+
+
+@pytest.mark.render
+def test_accuracy_end_to_end(tmp_path: Path) -> None:
+    command = [sys.executable, SCRIPT, "--quick", "--engine", "cycles", "--out", "records/accuracy.json"]
+    result = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    document = json.loads((tmp_path / "records" / "accuracy.json").read_text())
+    records = document["records"]
+    assert len(records) == 3 * 3 * 3  # ways in Cycles, sigmas, angles
+    fields = "home engine mode model sigma light_degrees samples rms_error lobe_error render_seconds"
+    assert all(set(record) == set(fields.split()) for record in records)
+    for record in records:
+        if record["mode"] == "lobes" and record["light_degrees"] <= 60.0:
+            # the sphere's front: no more than the lobes' own error over all lights
+            assert record["rms_error"] < record["lobe_error"]
+
+
+def test_accuracy_refuses_a_folder_in_one_line(tmp_path: Path) -> None:
+    result = subprocess.run([sys.executable, SCRIPT, "--out", "."], capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert (result.returncode, result.stderr) == (2, "accuracy.py: error: . is a folder\n")
