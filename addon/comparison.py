@@ -5,6 +5,7 @@ import math
 import os
 import platform
 import re
+import tomllib
 from array import array
 from collections.abc import Generator, Sequence
 from contextlib import AbstractContextManager, contextmanager
@@ -22,6 +23,7 @@ from .engines import Engine
 from .measure import error, picture, render
 from .models import Lambert, OrenNayar
 
+MANIFEST = Path(__file__).resolve().parent.parent / "blender_manifest.toml"
 PICTURE_WORK, MEASUREMENT_WORK = 12.0, 1.0  # about how long each takes, in any unit
 
 type Record = dict[str, Any]  # a line of a results file: names to text, numbers or None
@@ -227,6 +229,7 @@ def environment(used: Sequence[Engine]) -> dict[str, object]:
             "processor": platform.processor() or platform.machine(),
             "cores": os.cpu_count(),
         },
+        "true_diffuse": tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"],
         "blender": bpy.app.version_string,
         "blender_build": bpy.app.build_hash.decode(errors="replace"),
         "python": platform.python_version(),

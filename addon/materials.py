@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Materials made of True Diffuse groups."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import bpy
@@ -12,18 +13,8 @@ SHADERS = Path(__file__).resolve().parent.parent / "shaders"
 
 def create(name: str, group: Group, **inputs: float | tuple[float, ...]) -> bpy.types.Material:
     """Return a new material whose surface is `group`, its sockets set to `inputs` (by socket name; the rest at their defaults)."""
-    material = bpy.data.materials.new(name)
-    tree = material.node_tree
-    tree.nodes.clear()
-    node = tree.nodes.new("ShaderNodeGroup")
-    node.node_tree = group.ensure()
-    node.name = group.name
-    node.width = 220.0
-    for socket, value in inputs.items():
-        node.inputs[socket].default_value = value
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    output.location = (300.0, 0.0)
-    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+    material = _blank(name)
+    _show(material, add_group(material.node_tree, group), inputs)
     return material
 
 
@@ -37,20 +28,47 @@ def create_osl(name: str, stem: str, **inputs: float | tuple[float, ...]) -> bpy
     import OpenImageIO  # noqa: F401 - Blender's OSL query needs it loaded first
     from cycles import osl
 
-    material = bpy.data.materials.new(name)
-    tree = material.node_tree
-    tree.nodes.clear()
-    node = tree.nodes.new("ShaderNodeScript")
+    material = _blank(name)
+    node = material.node_tree.nodes.new("ShaderNodeScript")
     node.script = bpy.data.texts.get(f"{stem}.osl") or bpy.data.texts.load(str(SHADERS / f"{stem}.osl"), internal=True)
     messages: list[str] = []
     if not osl.update_script_node(node, lambda _kind, text: messages.append(text)):
         raise RuntimeError("; ".join(messages))
+    _show(material, node, inputs)
+    return material
+
+
+def create_plain(name: str) -> tuple[bpy.types.Material, bpy.types.Node]:
+    """Return a new material of Blender's own Diffuse BSDF, and that node."""
+    material = _blank(name)
+    node = material.node_tree.nodes.new("ShaderNodeBsdfDiffuse")
+    _show(material, node, {})
+    return material, node
+
+
+def add_group(tree: bpy.types.ShaderNodeTree, group: Group) -> bpy.types.Node:
+    """Return a new node in `tree` that holds `group`."""
+    node = tree.nodes.new("ShaderNodeGroup")
+    node.node_tree = group.ensure()
+    node.name = group.name
+    node.width = 220.0
+    return node
+
+
+def _blank(name: str) -> bpy.types.Material:
+    material = bpy.data.materials.new(name)
+    material.node_tree.nodes.clear()
+    return material
+
+
+def _show(material: bpy.types.Material, node: bpy.types.Node, inputs: Mapping[str, float | tuple[float, ...]]) -> None:
+    """Set `node`'s sockets and make its BSDF the surface of `material`."""
     for socket, value in inputs.items():
         node.inputs[socket].default_value = value
+    tree = material.node_tree
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     output.location = (300.0, 0.0)
     tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
-    return material
 
 
 def paint(material: bpy.types.Material, socket: bpy.types.NodeSocket, attribute: str, albedo: float) -> None:

@@ -3,6 +3,7 @@
 
 import bpy
 
+from .materials import add_group
 from .nodes import GROUPS
 
 
@@ -42,10 +43,7 @@ class TRUE_DIFFUSE_OT_add_group(bpy.types.Operator):
             return {"CANCELLED"}
         for node in tree.nodes:
             node.select = False
-        node = tree.nodes.new("ShaderNodeGroup")
-        node.node_tree = added
-        node.name = group.name
-        node.width = 220.0
+        node = add_group(tree, group)
         node.location = context.space_data.cursor_location
         tree.nodes.active = node
         return {"FINISHED"}

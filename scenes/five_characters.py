@@ -160,22 +160,10 @@ def _fill(scene: bpy.types.Scene) -> None:
     scene.world = world
 
 
-def _diffuse(name: str) -> tuple[bpy.types.Material, bpy.types.NodeSocket]:
-    """Return a new material of Blender's own Diffuse BSDF, and its color socket."""
-    material = bpy.data.materials.new(name)
-    tree = material.node_tree
-    tree.nodes.clear()
-    node = tree.nodes.new("ShaderNodeBsdfDiffuse")
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    output.location = (250.0, 0.0)
-    tree.links.new(node.outputs[0], output.inputs["Surface"])
-    return material, node.inputs["Color"]
-
-
 def _backdrop(scene: bpy.types.Scene) -> None:
     """Add the gray floor that the characters stand on and the wall behind them."""
-    material, color = _diffuse("Backdrop")
-    color.default_value = (BACKDROP_ALBEDO, BACKDROP_ALBEDO, BACKDROP_ALBEDO, 1.0)
+    material, node = materials.create_plain("Backdrop")
+    node.inputs["Color"].default_value = (BACKDROP_ALBEDO, BACKDROP_ALBEDO, BACKDROP_ALBEDO, 1.0)
     far, size = 6.0, 1000.0  # meters: beyond every camera
     floor = [(-size, -size, 0.0), (size, -size, 0.0), (size, far, 0.0), (-size, far, 0.0)]
     wall_top = [(size, far, size), (-size, far, size)]
@@ -186,6 +174,6 @@ def _backdrop(scene: bpy.types.Scene) -> None:
 
 
 def _plain(albedo: float) -> bpy.types.Material:
-    material, color = _diffuse("Albedo")
-    materials.paint(material, color, ALBEDO_ATTRIBUTE, albedo)
+    material, node = materials.create_plain("Albedo")
+    materials.paint(material, node.inputs["Color"], ALBEDO_ATTRIBUTE, albedo)
     return material

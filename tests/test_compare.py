@@ -64,6 +64,7 @@ def test_comparison_end_to_end(tmp_path: Path, eevee_runs_here: bool) -> None:
     document = json.loads((folder / "compare.json").read_text())
     assert set(document) == {"records", "environment", "options"}
     assert set(document["environment"]["devices"]) == set(engines) and document["environment"]["machine"]["cores"] >= 1
+    assert document["environment"]["true_diffuse"].count(".") == 2 and document["environment"]["blender"].startswith("5.2")
     assert document["options"]["resolution"] == [480, 180]
     records = {(record["engine"], record["name"]): record for record in document["records"]}
     assert len(records) == 5 * len(engines)

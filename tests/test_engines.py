@@ -4,7 +4,7 @@
 import bpy
 
 import pytest
-from true_diffuse.addon import engines
+from true_diffuse.addon import engines, materials
 from true_diffuse.addon.models import CyclesDiffuse, Eon, Lambert
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
 
@@ -12,14 +12,9 @@ pytestmark = [pytest.mark.render, pytest.mark.usefixtures("empty_file")]
 
 
 def blenders_own_diffuse(roughness: float) -> bpy.types.Material:
-    material = bpy.data.materials.new("Diffuse BSDF")
-    tree = material.node_tree
-    tree.nodes.clear()
-    node = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    material, node = materials.create_plain("Diffuse BSDF")
     node.inputs["Color"].default_value = COLOR
     node.inputs["Roughness"].default_value = roughness
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(node.outputs[0], output.inputs["Surface"])
     return material
 
 

@@ -20,7 +20,7 @@ import math
 from dataclasses import dataclass, field
 
 from .fujii import K1, Fujii
-from .oren_nayar import coefficients
+from .oren_nayar import OrenNayar, coefficients
 from .vector import Vector, add, dot, normalize, scale
 
 
@@ -62,18 +62,8 @@ def cycles_bump_shadowing(n_dot_l: float, n_dot_m: float, m_dot_l: float) -> flo
 
 
 @dataclass(frozen=True)
-class EeveeLobes:
+class EeveeLobes(OrenNayar):
     """What the Oren-Nayar group reflects in EEVEE; the package's `Model` interface. `sigma` in radians, >= 0."""
-
-    sigma: float
-    a: float = field(init=False)
-    b: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Fold A and B; raises ValueError for a sigma out of range."""
-        a, b = coefficients(self.sigma)
-        object.__setattr__(self, "a", a)
-        object.__setattr__(self, "b", b)
 
     def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
         """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; also from just below the horizon, as EEVEE lets it."""
