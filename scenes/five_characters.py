@@ -90,8 +90,7 @@ def build(
     characters = []
     for index, look in enumerate(all_looks):
         material = materials.create(look.label, look.group, **look.inputs)
-        node = next(node for node in material.node_tree.nodes if node.type == "GROUP")
-        materials.paint(material, node.inputs["Color"], ALBEDO_ATTRIBUTE, albedo)
+        materials.paint(material, material.node_tree.nodes[look.group.name].inputs["Color"], ALBEDO_ATTRIBUTE, albedo)
         place = index - (len(all_looks) - 1) / 2
         subject = bpy.data.objects.new(look.label, mesh)
         centered = Matrix.Translation((place * step - (low.x + high.x) / 2, -place * stagger, 0.0))

@@ -4,7 +4,6 @@
 uv run scripts/accuracy.py --only rough --out accuracy.json
 """
 
-import json
 import sys
 from argparse import Namespace
 from functools import partial
@@ -43,7 +42,7 @@ def measure(options: Namespace, staging: Staging, terminal: Terminal) -> None:
     with terminal.progress(accuracy.work(engines, degrees)) as progress:
         records = list(accuracy.rough(sphere_under_sun(SIZE), engines, degrees, options.samples, progress))
     document = {"records": records, "environment": comparison.environment(engines)}
-    (staging.folder / options.out.name).write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    staging.write_json(options.out.name, document)
     staging.publish()
     terminal.table("RMS error against equation (1), light at the angle from the viewer", *accuracy.table(records))
     terminal.say(f"Wrote {options.out}")

@@ -5,7 +5,6 @@ uv run scripts/compare.py [OPTIONS]
 blender -b --python scripts/compare.py -- [OPTIONS]
 """
 
-import json
 import math
 import sys
 from argparse import ArgumentTypeError
@@ -141,7 +140,7 @@ def compare(options: Options, staging: Staging, terminal: Terminal) -> None:
     comparison.write_error_maps(stage, measured, folder)
     records = [comparison.record(one, options.albedo) for one in measured]
     document = {"records": records, "environment": comparison.environment(chosen), "options": vars_of(options)}
-    (folder / "compare.json").write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    staging.write_json("compare.json", document)
     if options.save_blend:
         comparison.save_blend(stage, folder / "five.blend")
     written = staging.publish()

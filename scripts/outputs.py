@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writing results so that a file under its final name is always whole: all are made in a hidden folder and moved at the end."""
 
+import json
 import shutil
 import tempfile
 from contextlib import suppress
@@ -43,6 +44,10 @@ class Staging:
         for place in reversed(self.made):
             with suppress(OSError):
                 place.rmdir()
+
+    def write_json(self, name: str, document: object) -> None:
+        """Stage `document` as the file `name`. Raises ValueError for a NaN, which JSON cannot hold."""
+        (self.folder / name).write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
     def publish(self) -> list[str]:
         """Move the files to the target folder, replacing older ones; returns their names. Raises BadInput where that fails."""

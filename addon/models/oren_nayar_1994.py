@@ -13,25 +13,20 @@ the larger and smaller of the angles theta_i, theta_r from N, phi the azimuth be
 import math
 from dataclasses import dataclass, field
 
-from .oren_nayar import coefficients
+from .oren_nayar import OrenNayar
 from .vector import Vector, dot
 
 
 @dataclass(frozen=True)
-class OrenNayar1994:
+class OrenNayar1994(OrenNayar):
     """`sigma` in radians, >= 0; 0 is Lambert. Reciprocal. Gains energy at grazing view for small sigma: 3.6 % at N.V = 0.05."""
 
-    sigma: float
-    a: float = field(init=False)
-    b: float = field(init=False)
     interreflection: float = field(init=False)
 
     def __post_init__(self) -> None:
         """Fold what depends on sigma alone; raises ValueError for a sigma out of range."""
-        a, b = coefficients(self.sigma)
+        super().__post_init__()
         variance = self.sigma * self.sigma
-        object.__setattr__(self, "a", a)
-        object.__setattr__(self, "b", b)
         object.__setattr__(self, "interreflection", 0.17 / (1.0 + 0.13 / variance) if variance > 0.0 else 0.0)
 
     def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
