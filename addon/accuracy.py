@@ -4,104 +4,213 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from statistics import median
+from typing import Any
 
 import bpy
 
-from ..scenes.sphere import COLOR, SphereUnderSun
+from ..scenes.sphere import COLOR, SphereUnderSun, sky, three_lights
 from . import materials
 from .comparison import Progress, Record, known
 from .engines import CYCLES, EEVEE, Engine
 from .measure.lobe_error import lobe_error
-from .models import Lambert, Model, OrenNayar
-from .models.lobes import CyclesLobes, EeveeLobes
-from .nodes import LAMBERT, OREN_NAYAR
+from .models import CyclesDiffuse, Eon, Fujii, Lambert, Model, OrenNayar, OrenNayar1994, Pits, Wolff
+from .models.lobe import CYCLES as CYCLES_LOBES
+from .models.lobe import PAIR, SIGNED, SINGLE
+from .models.lobes import Rendered
+from .nodes import ROUGH_DIFFUSE, lamps
 
 SIGMAS = (0.2, 0.33, 1.0)
 LIGHT_DEGREES = (0.0, 30.0, 60.0, 90.0, 120.0)  # between light and viewer
+QUICK_SIGMAS = (0.33,)
 QUICK_LIGHT_DEGREES = (0.0, 60.0, 120.0)
+OTHER_SIGMAS = (0.33, 1.0)  # for the models beside the paper's own
+ENGINES_SAMPLES = 16  # of EEVEE where it is held against Cycles: its area lamps are noisy
+SKY = ((0.35, 0.3, 0.25), (0.4, 0.6, 1.0), 0.5)
+
+
+@dataclass(frozen=True)
+class Law:
+    """A model as the node group's menu calls it; `make` it with a roughness, or without where it has none."""
+
+    name: str
+    make: Callable[[float], Model]
+    rough: bool = True
+
+
+PAPER = Law("Oren-Nayar", OrenNayar)
+LAMBERT = Law("Lambert", lambda _: Lambert(), rough=False)
+OTHERS = (
+    Law("Fujii", Fujii),
+    Law("EON", Eon),
+    Law("Cycles Diffuse", CyclesDiffuse),
+    Law("Oren-Nayar 1994", OrenNayar1994),
+    Law("Wolff", lambda _: Wolff(), rough=False),
+    Law("Pits", lambda _: Pits(), rough=False),
+)
 
 
 @dataclass(frozen=True)
 class Way:
-    """One way to render equation (1): `lobes` is the formula of what it renders, from which the lobe error follows."""
+    """One way to render a model; `scheme` names the formula of its lobes, from which the lobe error follows."""
 
     home: str
     engine: Engine
     mode: str
-    osl: bool
-    material: Callable[[float], bpy.types.Material]
-    lobes: Callable[[float], Model]
-
-
-def _lambert(_sigma: float) -> bpy.types.Material:
-    return materials.create("Lambert", LAMBERT, Color=COLOR)
-
-
-def _group(sigma: float) -> bpy.types.Material:
-    return materials.create("Oren-Nayar", OREN_NAYAR, Color=COLOR, Sigma=sigma)
-
-
-def _osl(sigma: float) -> bpy.types.Material:
-    return materials.create_osl("Oren-Nayar OSL", "oren_nayar", Color=COLOR, Sigma=sigma)
+    scheme: str | None
+    osl: bool = False
 
 
 WAYS = (
-    Way("nodes", EEVEE, "plain Lambert", False, _lambert, lambda _sigma: Lambert()),
-    Way("nodes", EEVEE, "lobes", False, _group, EeveeLobes),
-    Way("nodes", CYCLES, "plain Lambert", False, _lambert, lambda _sigma: Lambert()),
-    Way("nodes", CYCLES, "lobes", False, _group, CyclesLobes),
-    Way("osl", CYCLES, "lobes", True, _osl, CyclesLobes),
+    Way("nodes", EEVEE, "Single", SINGLE),
+    Way("nodes", EEVEE, "Lobes", PAIR),
+    Way("nodes", EEVEE, "Signed", SIGNED),
+    Way("nodes", EEVEE, "Lamps", None),
+    Way("nodes", CYCLES, "Lobes", CYCLES_LOBES),
+    Way("nodes", CYCLES, "Lamps", None),
+    Way("osl", CYCLES, "Lobes", None, osl=True),
 )
 
 
-def rough(
-    sphere: SphereUnderSun, used: Sequence[Engine], degrees: Sequence[float], samples: int, progress: Progress
-) -> Iterator[Record]:
-    """Yield a record for each way, sigma and angle of the light: the sphere's RMS error and the lobe error, as shares of 1.
+@dataclass(frozen=True)
+class Case:
+    """A model of some roughness, rendered some way; `shown` is what stands in for it where that is another model."""
 
-    Each is one unit of work to `progress`.
+    way: Way
+    law: Law
+    sigma: float
+    shown: Law | None = None
+
+    @property
+    def name(self) -> str:
+        mode = f"{self.shown.name} instead" if self.shown else self.way.mode
+        roughness = f"  {self.sigma:g}" if self.law.rough else ""
+        return f"{self.way.engine.label}  {self.way.home}  {mode}  {self.law.name}{roughness}"
+
+
+def cases(used: Sequence[Engine], quick: bool) -> list[Case]:
+    """Return what to measure with the engines `used`: the paper's model first, as Lambert too, then the others."""
+    result = []
+    for engine in used:
+        plain = Way("nodes", engine, "Lobes", None)
+        result += [Case(plain, PAPER, sigma, LAMBERT) for sigma in (QUICK_SIGMAS if quick else SIGMAS)]
+        for way in WAYS:
+            if way.engine is engine:
+                result += [Case(way, PAPER, sigma) for sigma in (QUICK_SIGMAS if quick else SIGMAS)]
+        for law in () if quick else OTHERS:
+            for way in WAYS:
+                if way.engine is engine:
+                    result += [Case(way, law, sigma) for sigma in (OTHER_SIGMAS if law.rough else OTHER_SIGMAS[:1])]
+    return result
+
+
+def rough(sphere: SphereUnderSun, used: Sequence[Engine], samples: int, quick: bool, progress: Progress) -> Iterator[Record]:
+    """Yield a record for each case and angle of the light: the sphere's RMS error and the lobe error, as shares of 1.
+
+    Each is one unit of work to `progress`. The lobe error is None where the lobes have no formula here.
     """
-    for way in _ways(used):
+    lamps.choose([sphere.sun])
+    for case in cases(used, quick):
+        way, model = case.way, case.law.make(case.sigma)
         sphere.scene.cycles.shading_system = way.osl
-        for sigma in SIGMAS:
-            error_of_lobes = lobe_error(way.lobes(sigma), OrenNayar(sigma))
-            material = way.material(sigma)
-            for angle in degrees:
-                with progress.step(f"{way.engine.label}  {way.home}  {way.mode}  sigma {sigma:g}  {angle:g} degrees", 1.0):
-                    seconds, (errors,) = sphere.measure(material, (OrenNayar(sigma),), way.engine, samples, angle)
-                yield {
-                    "home": way.home,
-                    "engine": way.engine.key,
-                    "mode": way.mode,
-                    "model": OrenNayar.__name__,
-                    "sigma": sigma,
-                    "light_degrees": angle,
-                    "samples": samples,
-                    "rms_error": known(errors.rms),
-                    "lobe_error": error_of_lobes,
-                    "render_seconds": seconds,
-                }
+        rendered = Lambert() if case.shown else Rendered(model, way.scheme) if way.scheme else None
+        error_of_lobes = lobe_error(rendered, model) if rendered else None
+        material = _material(case.shown or case.law, way.mode, case.sigma)
+        for angle in _degrees(quick):
+            with progress.step(f"{case.name}  {angle:g} degrees", 1.0):
+                seconds, (errors,) = sphere.measure(material, (model,), way.engine, samples, angle)
+            yield {
+                "home": way.home,
+                "engine": way.engine.key,
+                "mode": "plain Lambert" if case.shown else way.mode,
+                "model": case.law.name,
+                "sigma": case.sigma if case.law.rough else None,
+                "light_degrees": angle,
+                "samples": samples,
+                "rms_error": known(errors.rms),
+                "lobe_error": error_of_lobes,
+                "render_seconds": seconds,
+            }
 
 
-def work(used: Sequence[Engine], degrees: Sequence[float]) -> int:
+def rough_work(used: Sequence[Engine], quick: bool) -> int:
     """Return how many records `rough` will give."""
-    return len(_ways(used)) * len(SIGMAS) * len(degrees)
+    return len(cases(used, quick)) * len(_degrees(quick))
 
 
-def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return columns and rows for people: a row for each way and sigma, the errors of all angles side by side."""
+def between_engines(sphere: SphereUnderSun, progress: Progress) -> Iterator[Record]:
+    """Yield a record for each mode of EEVEE and sigma: its RMS difference from Cycles under three lights, a sky, and both.
+
+    Cycles renders the same material without OSL. Each record is one unit of work to `progress`.
+    """
+    lights, world = three_lights(), sky(*SKY)
+    for law, mode, sigma in _pairs():
+        material = _material(law, mode, sigma)
+        for name, used, background in (("lights", lights, None), ("sky", (), world), ("lights and sky", lights, world)):
+            with progress.step(f"EEVEE and Cycles  {name}  {mode}  {law.name}  {sigma:g}", 1.0):
+                seconds, difference = sphere.between_engines(material, used, background, ENGINES_SAMPLES)
+            yield {
+                "mode": mode,
+                "model": law.name,
+                "sigma": sigma if law.rough else None,
+                "light": name,
+                "samples": ENGINES_SAMPLES,
+                "rms_difference": known(difference),
+                "render_seconds": seconds,
+            }
+
+
+def between_engines_work() -> int:
+    """Return how many records `between_engines` will give."""
+    return 3 * len(_pairs())
+
+
+def _pairs() -> list[tuple[Law, str, float]]:
+    pairs = [(LAMBERT, "Lobes", 0.0)]
+    for mode in ("Single", "Lobes", "Signed"):
+        pairs += [(PAPER, mode, sigma) for sigma in SIGMAS] + [(OTHERS[2], mode, 0.33)]
+    return pairs
+
+
+def _degrees(quick: bool) -> tuple[float, ...]:
+    return QUICK_LIGHT_DEGREES if quick else LIGHT_DEGREES
+
+
+def _material(law: Law, mode: str, sigma: float) -> bpy.types.Material:
+    return materials.create(f"{law.name} {mode}", ROUGH_DIFFUSE, Model=law.name, Mode=mode, Color=COLOR, Roughness=sigma)
+
+
+def rough_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return columns and rows for people: a row for each case, the errors of all angles side by side."""
     angles = sorted({record["light_degrees"] for record in records})
-    columns = ("Engine", "Home and mode", "Sigma", "Lobe error", *(f"{angle:g}\u00b0" for angle in angles), "Seconds")
-    groups: dict[tuple[str, str, float], list[Record]] = {}
+    columns = ("Engine", "Home and mode", "Model", "Sigma", "Lobe error", *(f"{angle:g}\u00b0" for angle in angles), "Seconds")
+    groups: dict[tuple[Any, ...], list[Record]] = {}
     for record in records:
-        groups.setdefault((record["engine"], f"{record['home']}, {record['mode']}", record["sigma"]), []).append(record)
-    rows = []
-    for (engine, way, sigma), group in groups.items():
-        errors = ("-" if record["rms_error"] is None else f"{100.0 * record['rms_error']:.2f} %" for record in group)
-        seconds = median(record["render_seconds"] for record in group)
-        rows.append((engine, way, f"{sigma:g}", f"{100.0 * group[0]['lobe_error']:.2f} %", *errors, f"{seconds:.2f}"))
+        key = (record["engine"], f"{record['home']}, {record['mode']}", record["model"], record["sigma"])
+        groups.setdefault(key, []).append(record)
+    rows: list[tuple[str, ...]] = []
+    for (engine, way, model, sigma), group in groups.items():
+        errors = (_percent(record["rms_error"]) for record in group)
+        seconds = f"{median(record['render_seconds'] for record in group):.2f}"
+        rows.append((engine, way, model, _sigma(sigma), _percent(group[0]["lobe_error"]), *errors, seconds))
     return columns, rows
 
 
-def _ways(used: Sequence[Engine]) -> list[Way]:
-    return [way for way in WAYS if way.engine in used]
+def between_engines_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return columns and rows for people: a row for each material."""
+    lights = list(dict.fromkeys(record["light"] for record in records))
+    groups: dict[tuple[Any, ...], list[Record]] = {}
+    for record in records:
+        groups.setdefault((record["mode"], record["model"], record["sigma"]), []).append(record)
+    rows: list[tuple[str, ...]] = [
+        (mode, model, _sigma(sigma), *(_percent(record["rms_difference"]) for record in group))
+        for (mode, model, sigma), group in groups.items()
+    ]
+    return ("Mode", "Model", "Sigma", *lights), rows
+
+
+def _percent(share: float | None) -> str:
+    return "-" if share is None else f"{100.0 * share:.2f} %"
+
+
+def _sigma(sigma: float | None) -> str:
+    return "-" if sigma is None else f"{sigma:g}"

@@ -8,17 +8,18 @@ import bpy
 
 from .nodes import Group
 
+type Setting = float | str | tuple[float, ...]
 SHADERS = Path(__file__).resolve().parent.parent / "shaders"
 
 
-def create(name: str, group: Group, **inputs: float | tuple[float, ...]) -> bpy.types.Material:
+def create(name: str, group: Group, **inputs: Setting) -> bpy.types.Material:
     """Return a new material whose surface is `group`, its sockets set to `inputs` (by socket name; the rest at their defaults)."""
     material = _blank(name)
     _show(material, add_group(material.node_tree, group), inputs)
     return material
 
 
-def create_osl(name: str, stem: str, **inputs: float | tuple[float, ...]) -> bpy.types.Material:
+def create_osl(name: str, stem: str, **inputs: Setting) -> bpy.types.Material:
     """Return a new material whose surface is the OSL shader shaders/STEM.osl, for Cycles scenes with Open Shading Language on.
 
     The shader's text is kept in the .blend file; nothing is written beside the source. Raises RuntimeError with the
@@ -61,7 +62,7 @@ def _blank(name: str) -> bpy.types.Material:
     return material
 
 
-def _show(material: bpy.types.Material, node: bpy.types.Node, inputs: Mapping[str, float | tuple[float, ...]]) -> None:
+def _show(material: bpy.types.Material, node: bpy.types.Node, inputs: Mapping[str, Setting]) -> None:
     """Set `node`'s sockets and make its BSDF the surface of `material`."""
     for socket, value in inputs.items():
         node.inputs[socket].default_value = value

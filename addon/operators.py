@@ -17,7 +17,7 @@ class TRUE_DIFFUSE_OT_add_group(bpy.types.Operator):
     key: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
         name="Group",
         description="Node group to add",
-        items=[(group.key, group.name.removeprefix("True Diffuse "), group.description) for group in GROUPS],
+        items=[(group.key, group.label, group.description) for group in GROUPS],
     )
 
     @classmethod

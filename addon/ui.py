@@ -15,8 +15,7 @@ class TRUE_DIFFUSE_MT_add(bpy.types.Menu):
 
     def draw(self, context: bpy.types.Context) -> None:
         for group in GROUPS:
-            label = group.name.removeprefix("True Diffuse ")
-            self.layout.operator(TRUE_DIFFUSE_OT_add_group.bl_idname, text=label).key = group.key
+            self.layout.operator(TRUE_DIFFUSE_OT_add_group.bl_idname, text=group.label).key = group.key
 
 
 def draw_add_menu(self: bpy.types.Menu, context: bpy.types.Context) -> None:

@@ -10,7 +10,7 @@ from mathutils import Matrix, Vector
 
 from ..addon import materials
 from ..addon.models import Lambert, Model, OrenNayar, Specular
-from ..addon.nodes import LAMBERT, OREN_NAYAR, SPECULAR_GROUP, Group
+from ..addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group
 from .character import ALBEDO_ATTRIBUTE
 
 SIGMAS = (0.0, 0.2, 0.33)  # the figure's caption; the paper's text says 0.3 for the last
@@ -35,7 +35,7 @@ class Look:
     label: str
     model: Model
     group: Group
-    inputs: dict[str, float]
+    inputs: dict[str, float | str]
 
 
 @dataclass(frozen=True)
@@ -64,10 +64,10 @@ def looks(sigmas: tuple[float, ...] = SIGMAS) -> tuple[Look, ...]:
     for sigma in sigmas:
         digits = repr(sigma).removesuffix(".0")
         label = f"Oren-Nayar  \u03c3 = {digits}"
-        rough.append(Look(f"oren_nayar_{digits}", label, OrenNayar(sigma), OREN_NAYAR, {"Sigma": sigma}))
+        rough.append(Look(f"oren_nayar_{digits}", label, OrenNayar(sigma), ROUGH_DIFFUSE, {"Roughness": sigma}))
     return (
         Look("specular", "Standard specular", specular, SPECULAR_GROUP, standard),
-        Look("lambert", "Lambert", Lambert(), LAMBERT, {}),
+        Look("lambert", "Lambert", Lambert(), ROUGH_DIFFUSE, {"Model": "Lambert"}),
         *rough,
     )
 

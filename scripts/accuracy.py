@@ -1,30 +1,85 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measures how near each home of each model comes to its formula, on a sphere under a sun.
+"""Measures how near each home of each model comes to its formula, and writes records of it.
 
 uv run scripts/accuracy.py --only rough --out accuracy.json
 """
 
 import sys
 from argparse import Namespace
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from console import Parser, Terminal, script_arguments
+from console import BadInput, Parser, Terminal, script_arguments
 from frame import ENGINE_KEYS, engine_list, run_script, sample_count, start_blender
 from outputs import Staging
 
+if TYPE_CHECKING:
+    from true_diffuse.addon.comparison import Record
+    from true_diffuse.addon.engines import Engine
+
 SIZE = 96  # pixels across the sphere: 5000 to compare
+BOTH_SIZE = 64  # where the engines are held against each other, as Cycles needs many samples
+
+type Measure = Callable[[Namespace, list["Engine"], Terminal], list["Record"]]
+
+
+def rough(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
+    """Hold each rough model, home and mode against its formula, on a sphere under a sun."""
+    from true_diffuse.addon import accuracy
+    from true_diffuse.scenes.sphere import sphere_under_sun
+
+    with terminal.progress(accuracy.rough_work(engines, options.quick)) as progress:
+        records = list(accuracy.rough(sphere_under_sun(SIZE), engines, options.samples, options.quick, progress))
+    terminal.table("RMS error against the formula, light at the angle from the viewer", *accuracy.rough_table(records))
+    return records
+
+
+def engines(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
+    """Hold EEVEE against Cycles, under three lights and a sky."""
+    from true_diffuse.addon import accuracy
+    from true_diffuse.scenes.sphere import sphere_under_sun
+
+    if len(engines) < len(ENGINE_KEYS):
+        raise BadInput("EEVEE and Cycles are both needed to hold them against each other")
+    with terminal.progress(accuracy.between_engines_work()) as progress:
+        records = list(accuracy.between_engines(sphere_under_sun(BOTH_SIZE), progress))
+    terminal.table("RMS difference of EEVEE from Cycles", *accuracy.between_engines_table(records))
+    return records
+
+
+def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
+    """Hold GLSL in 32-bit floats against its formula in 50 digits, on random and on extreme inputs."""
+    try:
+        import referee
+    except ImportError as error:
+        raise BadInput(f"the formulas in all digits need a package that is not installed: {error}") from error
+    from true_diffuse.addon import stability
+    from true_diffuse.addon.engines import EEVEE
+
+    if EEVEE not in engines:
+        raise BadInput("GLSL needs a graphics driver")
+    quick = partial(referee.radiance, context=referee.DOUBLE)
+    count = stability.COUNT // 10 if options.quick else stability.COUNT
+    with terminal.progress(stability.work()) as progress:
+        records = list(stability.stability(referee.radiance, quick, count, progress))
+    terminal.table("GLSL in 32-bit floats", *stability.table(records))
+    return records
+
+
+MEASURES: dict[str, Measure] = {"rough": rough, "engines": engines, "stability": stability}
 
 
 def main() -> int:
     """Run the script; returns the exit status."""
     parser = Parser(prog="accuracy.py", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--only", choices=("rough",), default="rough", help="what to measure (default: rough)")
+    parser.add_argument("--only", choices=tuple(MEASURES), help="; ".join(f"{key}: {_what(key)}" for key in MEASURES))
     parser.add_argument("--engine", type=engine_list, default=ENGINE_KEYS, metavar="LIST", help="default: eevee,cycles")
     parser.add_argument("--samples", type=sample_count, default=4, metavar="N", help="per pixel (default: 4)")
-    parser.add_argument("--quick", action="store_true", help="three angles of the light instead of five")
+    parser.add_argument("--quick", action="store_true", help="the paper's model at sigma 0.33 alone, and fewer lights and inputs")
     parser.add_argument("--out", type=Path, default=Path("accuracy.json"), metavar="FILE", help="default: accuracy.json")
     options = parser.parse_args(script_arguments())
     if options.out.is_dir():
@@ -32,19 +87,22 @@ def main() -> int:
     return run_script(parser.prog, options.out.parent, partial(measure, options))
 
 
-def measure(options: Namespace, staging: Staging, terminal: Terminal) -> None:
-    """Render, measure and write the records."""
-    engines = start_blender(options.engine, terminal)
-    from true_diffuse.addon import accuracy, comparison
-    from true_diffuse.scenes.sphere import sphere_under_sun
+def _what(key: str) -> str:
+    """Return the first sentence of a measure's description as an option's help has it."""
+    text = (MEASURES[key].__doc__ or "").splitlines()[0].rstrip(".")
+    return text[0].lower() + text[1:]
 
-    degrees = accuracy.QUICK_LIGHT_DEGREES if options.quick else accuracy.LIGHT_DEGREES
-    with terminal.progress(accuracy.work(engines, degrees)) as progress:
-        records = list(accuracy.rough(sphere_under_sun(SIZE), engines, degrees, options.samples, progress))
-    document = {"records": records, "environment": comparison.environment(engines)}
-    staging.write_json(options.out.name, document)
+
+def measure(options: Namespace, staging: Staging, terminal: Terminal) -> None:
+    """Measure and write the records."""
+    engines = start_blender(options.engine, terminal)
+    from true_diffuse.addon import comparison
+
+    records = []
+    for key in [options.only] if options.only else MEASURES:
+        records += MEASURES[key](options, engines, terminal)
+    staging.write_json(options.out.name, {"records": records, "environment": comparison.environment(engines)})
     staging.publish()
-    terminal.table("RMS error against equation (1), light at the angle from the viewer", *accuracy.table(records))
     terminal.say(f"Wrote {options.out}")
 
 

@@ -47,7 +47,11 @@ class Staging:
 
     def write_json(self, name: str, document: object) -> None:
         """Stage `document` as the file `name`. Raises ValueError for a NaN, which JSON cannot hold."""
-        (self.folder / name).write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        self.write_text(name, json.dumps(document, indent=2, allow_nan=False) + "\n")
+
+    def write_text(self, name: str, text: str) -> None:
+        """Stage `text` as the file `name`."""
+        (self.folder / name).write_text(text, encoding="utf-8")
 
     def publish(self) -> list[str]:
         """Move the files to the target folder, replacing older ones; returns their names. Raises BadInput where that fails."""

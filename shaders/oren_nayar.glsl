@@ -2,28 +2,23 @@
 // Oren-Nayar, equation (1) of Kim and Lee, "Surface Model and Scattering Analysis for Realistic Game Character" (2021):
 //     L_r = (rho / pi) E0 [ A (N.L) + B max(0, s) min(1, (N.L) / (N.E)) ],   s = E.L - (N.E)(N.L)
 //     A = 1 - 0.5 sigma^2 / (sigma^2 + 0.33),   B = 0.45 sigma^2 / (sigma^2 + 0.09)
-// GLSL 3.30 and ES 3.00; functions only, no bindings.
+// GLSL 3.30 and ES 3.00 (under precision highp float); functions only, no bindings. Include geometry.glsl before it.
 
 // Returns (A, B), which depend on sigma alone: work them out once per material.
-// sigma: the standard deviation of the facets' slope angle [radians], clamped to 0 ... 100.
+// sigma: the standard deviation of the facets' slope angle [radians], clamped to 0 ... 100, NaN gives 0.
 vec2 oren_nayar_coefficients(float sigma)
 {
-    float s = sigma > 0.0 ? min(sigma, 100.0) : 0.0;
+    float s = diffuse_range(sigma, 100.0);
     float s2 = s * s;
     return vec2(1.0 - 0.5 * s2 / (s2 + 0.33), 0.45 * s2 / (s2 + 0.09));
 }
 
 // Returns the radiance reflected towards v per irradiance E0 on a plane that faces the light [1/sr].
-// n, l, v: unit normal, direction to the light and to the viewer (the paper's E). albedo: rho, 0 to 1, clamped.
-// ab: from oren_nayar_coefficients. Light or viewer behind the surface: 0.
+// n, l, v: unit normal, direction to the light and to the viewer (the paper's E); geometry.glsl says what becomes of others.
+// albedo: rho, 0 to 1, clamped, NaN gives 0. ab: from oren_nayar_coefficients.
 vec3 oren_nayar_radiance(vec3 n, vec3 l, vec3 v, vec3 albedo, vec2 ab)
 {
-    float n_dot_l = dot(n, l);
-    float n_dot_e = dot(n, v);
-    if (!(n_dot_l > 0.0) || !(n_dot_e > 0.0)) {
-        return vec3(0.0);
-    }
-    float s = dot(v, l) - n_dot_e * n_dot_l;
-    float ramp = n_dot_l < n_dot_e ? n_dot_l / n_dot_e : 1.0;
-    return clamp(albedo, 0.0, 1.0) * ((ab.x * n_dot_l + ab.y * max(0.0, s) * ramp) / 3.14159265358979);
+    DiffuseGeometry g = diffuse_geometry(n, l, v);
+    float ramp = g.mu_i < g.mu_o ? g.mu_i / g.mu_o : 1.0;
+    return diffuse_albedo(albedo) * ((ab.x * g.mu_i + ab.y * max(0.0, g.s) * ramp) / 3.14159265358979);
 }

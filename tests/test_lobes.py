@@ -1,41 +1,119 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How near the engines' closures come to equation (1), from the formulas alone."""
+"""How near the engines' closures come to the models, from the formulas alone; and that the table of lobes is what its fit gives."""
 
+import math
+
+import fit_lobes
+import mpmath
 import pytest
 from true_diffuse.addon.measure.lobe_error import lobe_error
-from true_diffuse.addon.models import Lambert, OrenNayar
-from true_diffuse.addon.models.lobes import CyclesLobes, EeveeLobes, cycles_bump_shadowing
+from true_diffuse.addon.models import (
+    CyclesDiffuse,
+    Eon,
+    Fujii,
+    Lambert,
+    Model,
+    OrenNayar,
+    OrenNayar1994,
+    Pits,
+    Wolff,
+    directional_albedo,
+)
+from true_diffuse.addon.models.lobe import CYCLES, PAIR, SIGNED, SINGLE, cycles_bump_shadowing
+from true_diffuse.addon.models.lobe_table import TABLE, TRANSMITTANCE
+from true_diffuse.addon.models.lobes import Rendered, average_transmittance, expansion
 from true_diffuse.addon.models.vector import from_polar
 
 N = (0.0, 0.0, 1.0)
+SCHEMES = (SINGLE, PAIR, SIGNED, CYCLES)
+ROUGH = (OrenNayar(0.33), Fujii(0.33), Eon(0.33), CyclesDiffuse(0.33), OrenNayar1994(0.33), Wolff(1.5), Pits())
 
 
-@pytest.mark.parametrize(("sigma", "bound"), [(0.2, 0.018), (0.33, 0.034), (1.0, 0.071)])
-def test_eevee_lobes_are_near_equation_1(sigma: float, bound: float) -> None:
-    assert lobe_error(EeveeLobes(sigma), OrenNayar(sigma)) < bound
-
-
-@pytest.mark.parametrize(("sigma", "bound"), [(0.2, 0.0033), (0.33, 0.0061), (1.0, 0.013)])
-def test_cycles_lobes_are_near_equation_1(sigma: float, bound: float) -> None:
-    assert lobe_error(CyclesLobes(sigma), OrenNayar(sigma)) < bound
+@pytest.mark.parametrize(
+    ("scheme", "bounds"),
+    [
+        (SINGLE, (0.0285, 0.0520, 0.1070)),
+        (PAIR, (0.019, 0.034, 0.0705)),
+        (SIGNED, (0.006, 0.010, 0.020)),
+        (CYCLES, (0.0033, 0.0061, 0.013)),
+    ],
+)
+def test_lobes_are_near_equation_1(scheme: str, bounds: tuple[float, ...]) -> None:
+    for sigma, bound in zip((0.2, 0.33, 1.0), bounds, strict=True):
+        assert lobe_error(Rendered(OrenNayar(sigma), scheme), OrenNayar(sigma)) < bound
 
 
 @pytest.mark.parametrize(("sigma", "share"), [(0.2, 0.0574), (0.33, 0.1261), (1.0, 0.4665)])
 def test_lambert_is_far_from_equation_1(sigma: float, share: float) -> None:
-    # what is to be beaten; fixes the measure itself, so that the two tests above mean something
+    # what is to be beaten; fixes the measure itself, so that the test above means something
     assert lobe_error(Lambert(), OrenNayar(sigma)) == pytest.approx(share, abs=5e-4)
 
 
-@pytest.mark.parametrize("lobes", [EeveeLobes, CyclesLobes])
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("model", ROUGH, ids=lambda model: type(model).__name__)
+def test_lobes_are_nearer_than_lambert(scheme: str, model: Model) -> None:
+    assert lobe_error(Rendered(model, scheme), model) < 0.6 * lobe_error(Lambert(), model)
+
+
+@pytest.mark.parametrize("model", [Fujii(0.7), Eon(0.7), CyclesDiffuse(0.7)], ids=lambda model: type(model).__name__)
+def test_cycles_has_fujii_and_its_kin(model: Model) -> None:
+    assert lobe_error(Rendered(model, CYCLES), model) < 1e-12
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("make", [OrenNayar, Fujii, Eon, CyclesDiffuse, OrenNayar1994])
 @pytest.mark.parametrize("mu_i", [1e-6, 0.3, 1.0])
-def test_lobes_at_sigma_zero_are_lambert(lobes: type, mu_i: float) -> None:
+def test_lobes_at_sigma_zero_are_lambert(scheme: str, make: type, mu_i: float) -> None:
     l, v = from_polar(mu_i, 2.0), from_polar(0.4, 0.0)
-    assert lobes(0.0).radiance(N, l, v, 0.7) == pytest.approx(Lambert().radiance(N, l, v, 0.7), rel=1e-15)
+    assert Rendered(make(0.0), scheme).radiance(N, l, v, 0.7) == pytest.approx(Lambert().radiance(N, l, v, 0.7), rel=1e-15)
 
 
-@pytest.mark.parametrize("lobes", [EeveeLobes, CyclesLobes])
-def test_lobes_are_finite_where_view_and_normal_meet(lobes: type) -> None:
-    assert lobes(0.33).radiance(N, N, N, 1.0) == pytest.approx(OrenNayar(0.33).radiance(N, N, N, 1.0), rel=1e-12)
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_lobes_are_finite_where_view_and_normal_meet(scheme: str) -> None:
+    assert Rendered(OrenNayar(0.33), scheme).radiance(N, N, N, 1.0) == pytest.approx(
+        OrenNayar(0.33).radiance(N, N, N, 1.0), rel=1e-12
+    )
+
+
+@pytest.mark.parametrize("model", [OrenNayar(1.0), Fujii(1.0), OrenNayar1994(1.0), Pits()], ids=lambda model: type(model).__name__)
+@pytest.mark.parametrize("degrees", [10, 45, 70, 85])
+def test_signed_lobes_reflect_a_uniform_world_as_the_model_does(model: Model, degrees: int) -> None:
+    mu, rho = math.cos(math.radians(degrees)), 1.0
+    facing, functions = expansion(model, mu, rho)
+    lobes, table = TABLE[SIGNED][next(iter(functions))]
+    lengths = [math.hypot(lobe.along, lobe.side, lobe.up(mu)) for lobe in lobes]
+    shown = facing + sum(
+        factor * weight.at(mu) * length
+        for name, factor in functions.items()
+        for weight, length in zip(table[name], lengths, strict=True)
+    )
+    # the fit gives way to lamps a little; the 1994 model's functions leave out that it is cut at 0 from sigma = 0.66
+    assert shown == pytest.approx(directional_albedo(model, mu, rho), abs=0.004)
+
+
+def test_average_transmittance_equals_walshs_closed_form() -> None:
+    for ior in (1.2, 1.5, 2.0, 3.0):
+        n = mpmath.mpf(ior)
+        # J. W. T. Walsh (1926), as in S. Q. Duntley (1942): the diffuse reflectance of a smooth boundary from outside
+        reflected = (
+            mpmath.mpf(1) / 2
+            + (n - 1) * (3 * n + 1) / (6 * (n + 1) ** 2)
+            + n**2 * (n**2 - 1) ** 2 / (n**2 + 1) ** 3 * mpmath.log((n - 1) / (n + 1))
+            - 2 * n**3 * (n**2 + 2 * n - 1) / ((n**2 + 1) * (n**4 - 1))
+            + 8 * n**4 * (n**4 + 1) / ((n**2 + 1) * (n**4 - 1) ** 2) * mpmath.log(n)
+        )
+        assert average_transmittance(ior) == pytest.approx(float(1 - reflected), abs=2e-3)  # three terms of a series
+
+
+def test_table_is_what_the_fit_gives() -> None:
+    table = fit_lobes.fit_all(fit_lobes.ORDER, fit_lobes.VIEWS)
+    for scheme, families in TABLE.items():
+        for family, (lobes, weights) in families.items():
+            assert table[scheme][family].lobes == lobes
+            for name, row in weights.items():
+                for written, fitted in zip(row, table[scheme][family].weights[name], strict=True):
+                    assert written == pytest.approx(fitted, rel=1e-4, abs=1e-4)  # written with 5 digits
+    assert fit_lobes.transmittance(fit_lobes.ORDER) == pytest.approx(TRANSMITTANCE, rel=1e-4)
 
 
 @pytest.mark.parametrize("n_dot_l", [1e-9, 0.2, 0.999])

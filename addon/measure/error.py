@@ -3,7 +3,7 @@
 
 import math
 from array import array
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from ..models import Lambert, Model
@@ -126,6 +126,16 @@ def errors(rendered: array[float], expected: Analytic, lambert: Analytic) -> Err
         mean_luminance=shown / count,
         luminance_over_lambert=shown / ideal if ideal > 0.0 else math.nan,
     )
+
+
+def difference(rendered: array[float], reference: array[float], pixels: Iterable[int]) -> float:
+    """Return sqrt(sum (a - b)^2 / sum b^2) of two pictures over `pixels`; NaN where the reference is black."""
+    squares = total = 0.0
+    for pixel in pixels:
+        for i in range(3 * pixel, 3 * pixel + 3):
+            squares += (rendered[i] - reference[i]) ** 2
+            total += reference[i] ** 2
+    return math.sqrt(squares / total) if total > 0.0 else math.nan
 
 
 def signed_difference(rendered: array[float], expected: Analytic, surface: Surface, light: Light) -> dict[int, float]:

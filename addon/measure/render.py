@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measurement renders: one object under one sun, without fill, shadows and bounces, every sample at the pixel's center."""
+"""Measurement renders: one object under chosen lamps, without fill and bounces, every sample at the pixel's center."""
 
 import math
 import tempfile
@@ -55,14 +55,18 @@ def region_of(scene: bpy.types.Scene, subject: bpy.types.Object) -> Region:
 
 
 @contextmanager
-def measurement_scene(source: bpy.types.Scene, subject: bpy.types.Object, sun: bpy.types.Object) -> Generator[bpy.types.Scene]:
-    """Yield a scene with `source`'s camera, `subject` and `sun` alone, without shadow; `source` stays as it is."""
+def measurement_scene(
+    source: bpy.types.Scene, subject: bpy.types.Object, *lamps: bpy.types.Object, shadows: bool = False
+) -> Generator[bpy.types.Scene]:
+    """Yield a scene with `source`'s camera, `subject` and copies of `lamps` alone, suns as points; `source` stays as it is."""
     scene = bpy.data.scenes.new("True Diffuse Measurement")
-    lamp = bpy.data.objects.new("Measurement Sun", sun.data.copy())
-    lamp.data.use_shadow = False
-    lamp.data.angle = 0.0
-    lamp.matrix_world = sun.matrix_world
-    for item in (subject, source.camera, lamp):
+    copies = [bpy.data.objects.new("Measurement Lamp", lamp.data.copy()) for lamp in lamps]
+    for copy, lamp in zip(copies, lamps, strict=True):
+        copy.data.use_shadow = shadows
+        if copy.data.type == "SUN":
+            copy.data.angle = 0.0
+        copy.matrix_world = lamp.matrix_world
+    for item in (subject, source.camera, *copies):
         scene.collection.objects.link(item)
     scene.camera = source.camera
     settings = scene.render
@@ -81,7 +85,7 @@ def measurement_scene(source: bpy.types.Scene, subject: bpy.types.Object, sun: b
     scene.cycles.shading_system = source.cycles.shading_system
     scene.cycles.max_bounces = 0
     scene.cycles.light_sampling_threshold = 0.0  # else dim light is dropped at random
-    scene.eevee.use_shadows = False
+    scene.eevee.use_shadows = shadows
     scene.eevee.use_raytracing = False
     settings.image_settings.media_type = "MULTI_LAYER_IMAGE"
     settings.image_settings.file_format = "OPEN_EXR_MULTILAYER"
@@ -89,9 +93,10 @@ def measurement_scene(source: bpy.types.Scene, subject: bpy.types.Object, sun: b
     try:
         yield scene
     finally:
-        light = lamp.data
-        bpy.data.objects.remove(lamp)
-        bpy.data.lights.remove(light)
+        for copy in copies:
+            light = copy.data
+            bpy.data.objects.remove(copy)
+            bpy.data.lights.remove(light)
         bpy.data.scenes.remove(scene)
 
 

@@ -6,8 +6,14 @@ Every model is a frozen dataclass that holds its shape parameters, folds what de
     radiance(n, l, v, albedo) -> float
 
 the radiance reflected towards `v` [W/(m^2 sr)] for an irradiance E0 of 1 W/m^2 on a plane that faces the light, so f_r * (N.L).
-`n`, `l`, `v` are unit vectors: the normal N, towards the light L, towards the viewer V (the paper's E). `albedo` is rho in [0, 1].
-Light or viewer below the surface (N.L <= 0 or N.V <= 0) gives 0.
+`n`, `l`, `v` are the normal N, towards the light L, towards the viewer V (the paper's E); of any length, only the direction counts.
+`albedo` is rho in [0, 1]. Light or viewer below the surface (N.L <= 0 or N.V <= 0) and vectors without a direction give 0. Every
+parameter outside its range is clamped to it, and NaN counts as the lowest value: the radiance is always finite and never negative.
+
+    Lambert, OrenNayar, Specular    the paper's five characters; OrenNayar is equation (1), the short form of OrenNayar1994
+    Fujii, Eon, CyclesDiffuse       the same idea, made to keep its energy: Cycles' Diffuse BSDF and what it comes from
+    Wolff, WolffOrenNayar           light that passes a dielectric boundary on its way in and out, smooth and rough
+    Pits                            a rough surface whose reflectance, interreflection included, has an exact closed form
 
 Paper: S. Kim and M. Lee, "Surface Model and Scattering Analysis for Realistic Game Character" (2021).
 """
@@ -18,9 +24,12 @@ from .fujii import Fujii
 from .lambert import Lambert
 from .oren_nayar import OrenNayar
 from .oren_nayar_1994 import OrenNayar1994
+from .pits import Pits
 from .protocol import Model
 from .quadrature import average_albedo, directional_albedo
 from .specular import Specular
+from .wolff import Wolff
+from .wolff_oren_nayar import WolffOrenNayar
 
 __all__ = (
     "CyclesDiffuse",
@@ -30,7 +39,10 @@ __all__ = (
     "Model",
     "OrenNayar",
     "OrenNayar1994",
+    "Pits",
     "Specular",
+    "Wolff",
+    "WolffOrenNayar",
     "average_albedo",
     "directional_albedo",
 )

@@ -8,23 +8,26 @@ scattering carries rho^3 where EON has rho^2 (Blender 5.2.3, kernel/closure/bsdf
 from dataclasses import dataclass, field
 
 from .eon import Eon
-from .vector import Vector, dot
+from .geometry import clamp, geometry
+from .vector import Vector
 
 
 @dataclass(frozen=True)
 class CyclesDiffuse:
-    """`roughness` is the node's Roughness in [0, 1]; 0 is Lambert. Loses energy for 0 < rho < 1."""
+    """`roughness` is the node's Roughness, clamped to [0, 1], NaN to 0; 0 is Lambert. Loses energy for 0 < rho < 1."""
 
     roughness: float
     eon: Eon = field(init=False)
 
     def __post_init__(self) -> None:
-        """Fold what depends on the roughness alone; raises ValueError for one outside [0, 1]."""
+        """Clamp the roughness and fold what depends on it alone."""
+        object.__setattr__(self, "roughness", clamp(self.roughness, 0.0, 1.0))
         object.__setattr__(self, "eon", Eon(self.roughness))
 
     def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
-        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho in [0, 1]."""
-        mu_i, mu_o = dot(n, l), dot(n, v)
-        if mu_i <= 0.0 or mu_o <= 0.0:
+        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho is clamped to [0, 1]."""
+        g = geometry(n, l, v)
+        if g is None:
             return 0.0
-        return self.eon.single.radiance(n, l, v, albedo) + albedo * self.eon.multiple(min(1.0, mu_i), min(1.0, mu_o), albedo)
+        rho = clamp(albedo, 0.0, 1.0)
+        return self.eon.base.single(g, rho) + rho * self.eon.multiple(g, rho)

@@ -11,7 +11,8 @@ import math
 from dataclasses import dataclass, field
 
 from .fujii import K1, Fujii
-from .vector import Vector, dot
+from .geometry import Geometry, clamp, geometry
+from .vector import Vector
 
 K2 = 2.0 / 3.0 - 28.0 / (15.0 * math.pi)
 
@@ -32,30 +33,32 @@ def fujii_average_albedo(roughness: float) -> float:
 
 @dataclass(frozen=True)
 class Eon:
-    """`roughness` r in [0, 1]; 0 is Lambert. Reciprocal; at rho = 1 it reflects all light from every direction."""
+    """`roughness` r is clamped to [0, 1], NaN to 0; 0 is Lambert. Reciprocal; at rho = 1 it reflects all light from everywhere."""
 
     roughness: float
-    single: Fujii = field(init=False)
+    base: Fujii = field(init=False)
     average: float = field(init=False)
 
     def __post_init__(self) -> None:
-        """Fold what depends on the roughness alone; raises ValueError for one outside [0, 1]."""
-        object.__setattr__(self, "single", Fujii(self.roughness))
+        """Clamp the roughness and fold what depends on it alone."""
+        object.__setattr__(self, "roughness", clamp(self.roughness, 0.0, 1.0))
+        object.__setattr__(self, "base", Fujii(self.roughness))
         object.__setattr__(self, "average", fujii_average_albedo(self.roughness))
 
-    def multiple(self, mu_i: float, mu_o: float, albedo: float) -> float:
-        """Return the radiance of what is reflected more than once, for cosines N.L and N.V in [0, 1]."""
+    def multiple(self, g: Geometry, albedo: float) -> float:
+        """Return the radiance of what is reflected more than once [W/(m^2 sr)] for E0 = 1 W/m^2 and an `albedo` rho in [0, 1]."""
         lost = 1.0 - self.average
         if lost <= 0.0:  # Lambert: nothing is left to reflect again
             return 0.0
         rho_ms = albedo * albedo * self.average / (1.0 - albedo * lost)
-        missing_i = max(0.0, 1.0 - fujii_directional_albedo(self.roughness, mu_i))
-        missing_o = max(0.0, 1.0 - fujii_directional_albedo(self.roughness, mu_o))
-        return rho_ms / math.pi * mu_i * missing_i * missing_o / lost
+        missing_i = max(0.0, 1.0 - fujii_directional_albedo(self.roughness, g.mu_i))
+        missing_o = max(0.0, 1.0 - fujii_directional_albedo(self.roughness, g.mu_o))
+        return rho_ms / math.pi * g.mu_i * missing_i * missing_o / lost
 
     def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
-        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho in [0, 1]."""
-        mu_i, mu_o = dot(n, l), dot(n, v)
-        if mu_i <= 0.0 or mu_o <= 0.0:
+        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho is clamped to [0, 1]."""
+        g = geometry(n, l, v)
+        if g is None:
             return 0.0
-        return self.single.radiance(n, l, v, albedo) + self.multiple(min(1.0, mu_i), min(1.0, mu_o), albedo)
+        rho = clamp(albedo, 0.0, 1.0)
+        return self.base.single(g, rho) + self.multiple(g, rho)

@@ -11,27 +11,31 @@ and S. Hill, "EON: A practical energy-preserving rough diffuse BRDF" (JCGT 14(1)
 import math
 from dataclasses import dataclass
 
-from .vector import Vector, dot
+from .geometry import Geometry, clamp, geometry
+from .vector import Vector
 
 K1 = 0.5 - 2.0 / (3.0 * math.pi)
 
 
 @dataclass(frozen=True)
 class Fujii:
-    """`roughness` r in [0, 1]; 0 is Lambert. Darkens as r grows, as nothing is reflected twice."""
+    """`roughness` r is clamped to [0, 1], NaN to 0; 0 is Lambert. Darkens as r grows, as nothing is reflected twice."""
 
     roughness: float
 
     def __post_init__(self) -> None:
-        """Refuse a roughness outside [0, 1] with ValueError."""
-        if not 0.0 <= self.roughness <= 1.0:
-            raise ValueError(f"roughness must be in [0, 1], not {self.roughness}")
+        """Clamp the roughness."""
+        object.__setattr__(self, "roughness", clamp(self.roughness, 0.0, 1.0))
+
+    def single(self, g: Geometry, albedo: float) -> float:
+        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2 and an `albedo` rho in [0, 1]."""
+        s = g.l_dot_v - g.mu_i * g.mu_o
+        # (N.L) / t at once, as s / t overflows near the horizon
+        over_t = g.mu_i / max(g.mu_i, g.mu_o) if s > 0.0 else g.mu_i
+        # rounding may leave s a little below -1
+        return albedo / math.pi * max(0.0, g.mu_i + self.roughness * s * over_t) / (1.0 + K1 * self.roughness)
 
     def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
-        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho in [0, 1]."""
-        mu_i, mu_o = dot(n, l), dot(n, v)
-        if mu_i <= 0.0 or mu_o <= 0.0:
-            return 0.0
-        s = dot(l, v) - mu_i * mu_o
-        t = max(mu_i, mu_o) if s > 0.0 else 1.0
-        return albedo / math.pi * mu_i * (1.0 + self.roughness * s / t) / (1.0 + K1 * self.roughness)
+        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho is clamped to [0, 1]."""
+        g = geometry(n, l, v)
+        return self.single(g, clamp(albedo, 0.0, 1.0)) if g else 0.0

@@ -1,102 +1,136 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Equation (1) made of the closures that the engines offer: what the Oren-Nayar node group renders, since no node sees the light.
+"""The rough models made of the closures that the engines offer: what the node group renders, since no node sees the light.
 
-Both ways add one clamped cosine around a bent normal M, in the plane of N and V, to a base around N; mu = N.V = cos(v), and V_t is
-the unit tangent towards the viewer.
+With rho the albedo, x, y, z the components of L along V_t (the unit tangent towards the viewer), N x V_t and N, and mu = N.V, every
+model is a share of Lambert's z and of one function of the light that knows no roughness (`expansion`):
 
-- EEVEE: B max(0, s) min(1, (N.L)/mu) is nearly a cosine lobe towards the viewer, so
-      L_r ~ (rho / pi) E0 [ A max(0, N.L) + B sin(v) (w_0 + w_1 mu) max(0, M.L) H ],   M along V_t + cot_1 mu N
-  H = clamp(10 (N.L) + 1) is EEVEE's own: light from behind the surface fades out within 6 degrees.
-- Cycles: its Diffuse BSDF is Fujii's model, which at r = B / A, times A (1 + K1 r), is equation (1) wherever s >= 0. For s < 0 it
-  falls below by B |s|, which a lobe away from the viewer brings back:
-      L_r ~ (rho / pi) E0 [ A (N.L) (1 + r s / t) + B sin(v) w_0 max(0, M.L) G ],   M along -V_t + cot_0 N
-  G is Cycles' own ("bump map correction"): the shadowing of a GGX surface of alpha^2 = tan^2(angle of N, M) / 8, at most 1, by
-  A. Conty Estevez, P. Lecocq, C. Stein, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem" (2019).
+    L_r = (rho / pi) E0 [ w_z z + w F(L, mu) ]
 
-The constants are least-squares fits over all lights above the surface and all views.
+For equation (1) that is A z + B T, T = max(0, s) min(1, z / mu). Four schemes make the functions of closures, each a sum of lobes
+c(mu) max(0, d.L) around directions d that move with mu; `lobe_table.py` has the numbers, `scripts/fit_lobes.py` finds them.
+
+- SINGLE, EEVEE: one Diffuse closure around the vector sum of all lobes.
+- PAIR, EEVEE: one around N, one bent towards the viewer. H = clamp(10 z + 1) is EEVEE's own: light from behind the surface fades
+  out within 6 degrees.
+- SIGNED, EEVEE: lobes of either sign, each through its own Shader to RGB, beside a base around N. They are fitted so that a
+  uniform world, which EEVEE does not cut off at a lobe's horizon, is reflected as it should be, too.
+- CYCLES: its Diffuse closure is Fujii's model, exact for the viewer's side of N; one lobe 85.6 degrees away from the viewer mends
+  the other side. G is Cycles' own ("bump map correction"): the shadowing of a GGX surface of alpha^2 = tan^2(angle of N, M) / 8, at
+  most 1, by A. Conty Estevez, P. Lecocq, C. Stein, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem"
+  (2019).
 """
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
 
+from .cycles_diffuse import CyclesDiffuse
+from .eon import Eon, fujii_average_albedo, fujii_directional_albedo
 from .fujii import K1, Fujii
-from .oren_nayar import OrenNayar, coefficients
+from .geometry import clamp
+from .lobe import CYCLES, PAIR, SIGNED, SINGLE, eevee_horizon, lobe_values
+from .lobe_table import TABLE, TRANSMITTANCE
+from .oren_nayar import OrenNayar
+from .oren_nayar_1994 import OrenNayar1994
+from .pits import Pits
+from .protocol import Model
 from .vector import Vector, add, dot, normalize, scale
+from .wolff import Wolff
+
+
+class Expansion(NamedTuple):
+    """A model in units of (rho / pi) E0: `facing` times z, and functions of the light by name, with their weights."""
+
+    facing: float
+    functions: Mapping[str, float]
+
+
+def expansion(model: Model, mu: float, rho: float) -> Expansion:
+    """Return `model` as z and functions of the light, seen at N.V = `mu`, for the albedo `rho`.
+
+    Exact but for two factors of the light alone that become their mean over all lights, which keeps the energy: 1 - E(N.L) of the
+    multiple scattering, and Wolff's transmittance of the light that enters.
+    """
+    match model:
+        case OrenNayar1994():
+            twice = rho * model.interreflection
+            return Expansion(model.a + twice, {"oren_nayar_1994": model.b, "interreflection": -twice})
+        case OrenNayar():
+            return Expansion(model.a, {"oren_nayar": model.b})
+        case Fujii():
+            a = 1.0 / (1.0 + K1 * model.roughness)
+            return Expansion(a, {"fujii": a * model.roughness})
+        case Eon() | CyclesDiffuse():
+            single = expansion(Fujii(model.roughness), mu, rho)
+            return Expansion(single.facing + _multiple(model, mu, rho), single.functions)
+        case Wolff():
+            return Expansion(model.boundary.transmittance(mu) * average_transmittance(model.ior), {})
+        case Pits():
+            return Expansion(rho / (4.0 - 2.0 * rho), {"pits": 1.0})
+        case _:
+            return Expansion(1.0, {})
+
+
+def _multiple(model: Eon | CyclesDiffuse, mu: float, rho: float) -> float:
+    """Return what is reflected more than once towards N.V = `mu`, over rho: the same for all lights."""
+    average = fujii_average_albedo(model.roughness)
+    again = rho * average / (1.0 - rho * (1.0 - average))
+    if isinstance(model, CyclesDiffuse):
+        again *= rho
+    return again * (1.0 - fujii_directional_albedo(model.roughness, mu))
+
+
+def average_transmittance(ior: float) -> float:
+    """Return the mean of 1 - F over all light that falls on a smooth dielectric, evenly from everywhere; `ior` n in [1, 3]."""
+    f = (ior - 1.0) / (ior + 1.0)
+    c_1, c_2, c_3 = TRANSMITTANCE
+    return 1.0 - f * (c_1 + f * (c_2 + f * c_3))
 
 
 @dataclass(frozen=True)
-class BentLobe:
-    """A cosine lobe along `side` V_t + (cot_0 + cot_1 mu) N with the weight B sin(v) (w_0 + w_1 mu)."""
+class Rendered:
+    """What the node group reflects for `model` by a `scheme`; the package's `Model` interface."""
 
-    side: float
-    w_0: float
-    w_1: float
-    cot_0: float
-    cot_1: float
-
-    def normal_and_weight(self, b: float, n: Vector, v: Vector) -> tuple[Vector, float]:
-        """Return M (unit length) and the lobe's weight for B = `b`."""
-        mu = dot(n, v)
-        tangent = add(v, scale(n, -mu))
-        sine = math.sqrt(dot(tangent, tangent))
-        bent = normalize(add(scale(tangent, self.side), scale(n, (self.cot_0 + self.cot_1 * mu) * sine)))
-        return bent, b * sine * (self.w_0 + self.w_1 * mu)
-
-
-EEVEE_LOBE = BentLobe(side=1.0, w_0=0.916, w_1=-0.643, cot_0=0.0, cot_1=0.630)
-CYCLES_LOBE = BentLobe(side=-1.0, w_0=0.728, w_1=0.0, cot_0=1.0 / math.tan(math.radians(85.6)), cot_1=0.0)
-
-
-def eevee_horizon(n_dot_l: float) -> float:
-    """Return the factor by which EEVEE fades all closures of a pixel near the horizon of its first one; N.L may be negative."""
-    return min(1.0, max(0.0, 10.0 * n_dot_l + 1.0))
-
-
-def cycles_bump_shadowing(n_dot_l: float, n_dot_m: float, m_dot_l: float) -> float:
-    """Return the factor by which Cycles shadows a diffuse closure with the bent normal M, for unit vectors; in [0, 1]."""
-    if n_dot_l <= 0.0 or n_dot_m <= 0.0 or m_dot_l <= 0.0:
-        return 0.0
-    alpha2 = min(1.0, 0.125 * (1.0 / (n_dot_m * n_dot_m) - 1.0))
-    tangent2 = 1.0 / (n_dot_l * n_dot_l) - 1.0
-    return 2.0 / (1.0 + math.sqrt(1.0 + max(0.0, alpha2 * tangent2)))
-
-
-@dataclass(frozen=True)
-class EeveeLobes(OrenNayar):
-    """What the Oren-Nayar group reflects in EEVEE; the package's `Model` interface. `sigma` in radians, >= 0."""
+    model: Model
+    scheme: str
 
     def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
-        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; also from just below the horizon, as EEVEE lets it."""
-        if dot(n, v) <= 0.0:
+        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; in EEVEE also from just below the horizon."""
+        n, l, v = normalize(n), normalize(l), normalize(v)
+        mu, z, rho = min(1.0, dot(n, v)), dot(n, l), clamp(albedo, 0.0, 1.0)
+        if mu <= 0.0 or (self.scheme == CYCLES and z <= 0.0):
             return 0.0
-        bent, weight = EEVEE_LOBE.normal_and_weight(self.b, n, v)
-        n_dot_l = dot(n, l)
-        lobe = weight * max(0.0, dot(bent, l)) * eevee_horizon(n_dot_l)
-        return albedo / math.pi * (self.a * max(0.0, n_dot_l) + lobe)
+        if self.scheme == CYCLES and isinstance(self.model, Eon | CyclesDiffuse | Fujii):
+            return self.model.radiance(n, l, v, albedo)  # Cycles has them
+        tangent = normalize(add(v, scale(n, -mu)))
+        x = dot(tangent, l)
+        y = math.sqrt(max(0.0, 1.0 - x * x - z * z))
+        facing, functions = expansion(self.model, mu, rho)
+        family = next(iter(functions), None)
+        if family is None:
+            return rho / math.pi * facing * max(0.0, z)
+        lobes, table = TABLE[self.scheme][family]
+        weights = [sum(w * table[name][k].at(mu) for name, w in functions.items()) for k in range(len(next(iter(table.values()))))]
+        values = lobe_values(self.scheme, lobes, x, y, z, mu)
+        total = sum(weight * value for weight, value in zip(weights, values, strict=True))
+        if self.scheme == SINGLE:
+            return rho / math.pi * max(0.0, facing * z + total) if z > 0.0 else 0.0
+        if self.scheme == SIGNED:
+            below = facing - floor(functions, mu)  # the base around N, apart from what keeps the sum of lobes positive
+            return rho / math.pi * (below * max(0.0, z) + eevee_horizon(z) * max(0.0, total + (facing - below) * max(0.0, z)))
+        if self.scheme == PAIR:
+            around, bent = max(0.0, facing + weights[0]), max(0.0, weights[1])  # closures have no negative colors
+            return rho / math.pi * eevee_horizon(z) * (around * values[0] + bent * values[1])
+        base, fujii = facing + weights[0], weights[1]
+        rest = total - weights[0] * z - fujii * values[1]
+        return rho / math.pi * (base * z + min(fujii, base) * values[1] + rest)  # a roughness of at most 1
 
 
-@dataclass(frozen=True)
-class CyclesLobes:
-    """What the Oren-Nayar group reflects in Cycles; the package's `Model` interface. `sigma` in radians, >= 0."""
+def floor(functions: Mapping[str, float], mu: float) -> float:
+    """Return the share of the base around N that the signed lobes carry with them, so that their sum is nowhere negative.
 
-    sigma: float
-    b: float = field(init=False)
-    base: Fujii = field(init=False)
-    base_weight: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Fold what depends on sigma alone; raises ValueError for a sigma out of range."""
-        a, b = coefficients(self.sigma)
-        object.__setattr__(self, "b", b)
-        object.__setattr__(self, "base", Fujii(b / a))
-        object.__setattr__(self, "base_weight", a + K1 * b)
-
-    def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
-        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2."""
-        n_dot_l = dot(n, l)
-        if n_dot_l <= 0.0 or dot(n, v) <= 0.0:
-            return 0.0
-        bent, weight = CYCLES_LOBE.normal_and_weight(self.b, n, v)
-        m_dot_l = dot(bent, l)
-        lobe = weight * max(0.0, m_dot_l) * cycles_bump_shadowing(n_dot_l, dot(n, bent), m_dot_l)
-        return self.base_weight * self.base.radiance(n, l, v, albedo) + albedo / math.pi * lobe
+    Fujii's function falls to -z sin(v) and the 1994 model's no lower; those of equation (1) and of pits are positive.
+    """
+    sine = math.sqrt(1.0 - mu * mu)
+    return sine * sum(abs(weight) for name, weight in functions.items() if name not in ("oren_nayar", "pits"))

@@ -10,19 +10,19 @@ minimum and two square roots that cancel; `as_printed` keeps that form to show w
 """
 
 import math
+import sys
 from dataclasses import dataclass, field
 
-from .vector import Vector, dot
+from .geometry import clamp, geometry
+from .vector import Vector, dot, normalize
 
 
 def coefficients(sigma: float) -> tuple[float, float]:
     """Return (A, B) of equation (1), both without unit: A falls from 1 to 0.5, B rises from 0 to 0.45.
 
-    `sigma` is the standard deviation of the facets' slope angle in radians, >= 0; infinity gives the limits. Raises ValueError
-    for a negative sigma or NaN.
+    `sigma` is the standard deviation of the facets' slope angle in radians; below 0 and NaN count as 0, infinity gives the limits.
     """
-    if not sigma >= 0.0:
-        raise ValueError(f"sigma must be a number >= 0, not {sigma}")
+    sigma = clamp(sigma, 0.0, math.inf)
     # x / (x + c) as 1 / (1 + c / x) stays finite at both ends, where sigma^2 underflows or overflows.
     variance = sigma * sigma
     if variance == 0.0:
@@ -34,8 +34,9 @@ def coefficients(sigma: float) -> tuple[float, float]:
 class OrenNayar:
     """Equation (1) with its right-hand minimum; sigma = 0 is Lambert exactly.
 
-    `sigma` in radians, >= 0 (the paper shows 0, 0.2 and 0.33). Reciprocal. It leaves out the interreflection between facets, and
-    yet gains up to 1.4 % at grazing view for small sigma: `directional_albedo` tells both.
+    `sigma` in radians (the paper shows 0, 0.2 and 0.33); below 0 and NaN count as 0, infinity is the limit. Reciprocal. It leaves
+    out the interreflection between facets, and yet gains up to 1.4 % at grazing view for small sigma: `directional_albedo` tells
+    both.
     """
 
     sigma: float
@@ -43,20 +44,20 @@ class OrenNayar:
     b: float = field(init=False)
 
     def __post_init__(self) -> None:
-        """Fold A and B, which depend on sigma alone; raises ValueError for a sigma out of range."""
+        """Clamp sigma and fold A and B, which depend on it alone."""
+        object.__setattr__(self, "sigma", clamp(self.sigma, 0.0, math.inf))
         a, b = coefficients(self.sigma)
         object.__setattr__(self, "a", a)
         object.__setattr__(self, "b", b)
 
     def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
-        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho in [0, 1]. Equation (1)."""
-        n_dot_l = dot(n, l)
-        n_dot_e = dot(n, v)
-        if n_dot_l <= 0.0 or n_dot_e <= 0.0:
+        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho is clamped to [0, 1]. Equation (1)."""
+        g = geometry(n, l, v)
+        if g is None:
             return 0.0
-        s = dot(v, l) - n_dot_e * n_dot_l
-        ramp = n_dot_l / n_dot_e if n_dot_l < n_dot_e else 1.0
-        return albedo / math.pi * (self.a * n_dot_l + self.b * max(0.0, s) * ramp)
+        s = g.l_dot_v - g.mu_o * g.mu_i
+        ramp = g.mu_i / g.mu_o if g.mu_i < g.mu_o else 1.0
+        return clamp(albedo, 0.0, 1.0) / math.pi * (self.a * g.mu_i + self.b * max(0.0, s) * ramp)
 
 
 def as_printed(n: Vector, l: Vector, v: Vector, albedo: float, sigma: float) -> float:
@@ -65,10 +66,11 @@ def as_printed(n: Vector, l: Vector, v: Vector, albedo: float, sigma: float) -> 
     It grows without bound towards the silhouette (N.E -> 0) and glows at the terminator (N.L = 0). Units as in
     `OrenNayar.radiance`; the printed square roots cancel and are left out, else it would be 0/0 at N.L = N.E = 1.
     """
-    n_dot_l = dot(n, l)
-    n_dot_e = dot(n, v)
+    n, l, v = normalize(n), normalize(l), normalize(v)
+    n_dot_l, n_dot_e = dot(n, l), dot(n, v)
     if n_dot_l < 0.0 or n_dot_e <= 0.0:
         return 0.0
     a, b = coefficients(sigma)
     s = dot(v, l) - n_dot_e * n_dot_l
-    return albedo / math.pi * (a * n_dot_l + b * max(0.0, s) * max(1.0, n_dot_l / n_dot_e))
+    ramp = min(max(1.0, n_dot_l / n_dot_e), sys.float_info.max)
+    return clamp(albedo, 0.0, 1.0) / math.pi * (a * n_dot_l + b * max(0.0, s) * ramp)

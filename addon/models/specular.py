@@ -9,6 +9,7 @@ N. Hoffman, "Real-Time Rendering", 3rd edition, section 7.6).
 import math
 from dataclasses import dataclass
 
+from .geometry import clamp, geometry
 from .vector import Vector, add, dot, normalize
 
 
@@ -16,25 +17,24 @@ from .vector import Vector, add, dot, normalize
 class Specular:
     """L_r = E0 (N.L) [ rho / pi + k_s (n + 8) / (8 pi) (N.H)^n ], H halfway between L and V.
 
-    `specular` is k_s in [0, 1], the weight of the highlight, without Fresnel; `exponent` is n >= 0. Neither the base nor the
-    highlight knows of the other, as then usual: rho + k_s above about 1 reflects more than it receives.
+    `specular` is k_s, the weight of the highlight, without Fresnel, clamped to [0, 1]; `exponent` is n, clamped to [0, 10000]; NaN
+    counts as 0. Neither the base nor the highlight knows of the other, as then usual: rho + k_s above about 1 reflects more than it
+    receives.
     """
 
     specular: float = 0.06
     exponent: float = 30.0
 
     def __post_init__(self) -> None:
-        """Refuse values outside the model's range with ValueError."""
-        if not 0.0 <= self.specular <= 1.0:
-            raise ValueError(f"specular must be in [0, 1], not {self.specular}")
-        if not 0.0 <= self.exponent < math.inf:
-            raise ValueError(f"exponent must be finite and not negative, not {self.exponent}")
+        """Clamp both parameters."""
+        object.__setattr__(self, "specular", clamp(self.specular, 0.0, 1.0))
+        object.__setattr__(self, "exponent", clamp(self.exponent, 0.0, 10000.0))
 
     def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
-        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho of the base in [0, 1]."""
-        n_dot_l = dot(n, l)
-        if n_dot_l <= 0.0 or dot(n, v) <= 0.0:
+        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho of the base is clamped to [0, 1]."""
+        g = geometry(n, l, v)
+        if g is None:
             return 0.0
-        n_dot_h = min(1.0, max(0.0, dot(n, normalize(add(l, v)))))
+        n_dot_h = clamp(dot(g.n, normalize(add(g.l, g.v))), 0.0, 1.0)
         highlight = self.specular * (self.exponent + 8.0) / (8.0 * math.pi) * n_dot_h**self.exponent
-        return (albedo / math.pi + highlight) * n_dot_l
+        return (clamp(albedo, 0.0, 1.0) / math.pi + highlight) * g.mu_i

@@ -19,9 +19,15 @@ def scale(a: Vector, factor: float) -> Vector:
 
 
 def normalize(a: Vector) -> Vector:
-    """Return `a` at length 1, or the zero vector where `a` has no length."""
+    """Return `a` at length 1, or the zero vector where `a` has no direction: no length, or a component that is not finite."""
     length = math.hypot(*a)
-    return scale(a, 1.0 / length) if length > 0.0 else (0.0, 0.0, 0.0)
+    if not 1e-290 < length < 1e290:
+        # Next to the ends of the range of floats the length loses its digits or overflows: move away from there by a power of 2.
+        a = scale(a, 2.0**600 if length < 1.0 else 2.0**-600)
+        length = math.hypot(*a)
+        if not 0.0 < length < math.inf:
+            return (0.0, 0.0, 0.0)
+    return (a[0] / length, a[1] / length, a[2] / length)
 
 
 def from_polar(mu: float, azimuth: float) -> Vector:

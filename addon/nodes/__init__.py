@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The node groups, built in code: for EEVEE, and for Cycles without OSL."""
+"""The node groups, built in code, for EEVEE and Cycles."""
 
 from .graph import Group
-from .lambert import LAMBERT
-from .oren_nayar import OREN_NAYAR
+from .rough_diffuse import ROUGH_DIFFUSE
 from .specular import SPECULAR_GROUP
 
-GROUPS: tuple[Group, ...] = (LAMBERT, SPECULAR_GROUP, OREN_NAYAR)
+GROUPS: tuple[Group, ...] = (ROUGH_DIFFUSE, SPECULAR_GROUP)
 
-__all__ = ("GROUPS", "LAMBERT", "OREN_NAYAR", "SPECULAR_GROUP", "Group")
+__all__ = ("GROUPS", "ROUGH_DIFFUSE", "SPECULAR_GROUP", "Group")

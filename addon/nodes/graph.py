@@ -4,16 +4,19 @@
 Plain Python numbers stay numbers as long as they meet only numbers: + - * / of them makes no node.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import bpy
+
+from ..osl import compile_osl
 
 STAMP = "true_diffuse"  # custom property that marks a tree as ours: "key/version"
 # Layout in the node editor's units: the width of a column, and what a node and each of its input sockets take of its height.
 COLUMN, NODE_HEIGHT, SOCKET_HEIGHT = 220.0, 130.0, 24.0
 
-type Operand = float | Value
+type Number = float | Value
+type Operand = Number | tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -23,7 +26,7 @@ class Socket:
     name: str
     kind: str
     description: str
-    default: float | tuple[float, ...] | None = None
+    default: float | tuple[float, ...] | str | None = None
     minimum: float | None = None
     maximum: float | None = None
     hide_value: bool = False
@@ -40,15 +43,18 @@ NORMAL = Socket(
 class Group:
     """A node group as code. `key` and `name` are stable; a file's groups are found again by the stamp of key and version.
 
+    `build` returns the outputs by name.
+
     Raise `version` whenever `build` or the sockets change, so that files made with an older one get a new group.
     """
 
     key: str
     name: str
+    label: str
     version: int
     description: str
     inputs: tuple[Socket, ...]
-    build: Callable[["Graph"], "Value"]
+    build: Callable[["Graph"], Mapping[str, "Value"]]
 
     @property
     def stamp(self) -> str:
@@ -68,11 +74,25 @@ class Group:
         tree.color_tag = "SHADER"
         for socket in self.inputs:
             _add_input(tree, socket)
-        tree.interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
         graph = Graph(tree)
-        graph.link(self.build(graph), graph.add("NodeGroupOutput").inputs[0])
+        outputs = self.build(graph)
+        for name, value in outputs.items():
+            tree.interface.new_socket(name, in_out="OUTPUT", socket_type=value.socket.bl_idname)
+        graph.end(outputs)
+        for socket in self.inputs:  # a menu knows its entries once it is linked
+            if socket.kind == "NodeSocketMenu":
+                tree.interface.items_tree[socket.name].default_value = socket.default
         graph.arrange()
         return tree
+
+    def rebuild(self, build: Callable[["Graph"], Mapping[str, "Value"]]) -> None:
+        """Fill this group's tree in the current file anew, by a `build` with the same outputs: all that use it follow."""
+        tree = self.ensure()
+        tree.nodes.clear()
+        tree.animation_data_clear()
+        graph = Graph(tree)
+        graph.end(build(graph))
+        graph.arrange()
 
 
 def _add_input(tree: bpy.types.ShaderNodeTree, socket: Socket) -> None:
@@ -81,7 +101,7 @@ def _add_input(tree: bpy.types.ShaderNodeTree, socket: Socket) -> None:
     item.hide_value = socket.hide_value
     if socket.subtype != "NONE":
         item.subtype = socket.subtype
-    if socket.default is not None:
+    if socket.default is not None and socket.kind != "NodeSocketMenu":
         item.default_value = socket.default
     if socket.minimum is not None:
         item.min_value = socket.minimum
@@ -90,35 +110,42 @@ def _add_input(tree: bpy.types.ShaderNodeTree, socket: Socket) -> None:
 
 
 class Value:
-    """An output socket in a graph that can be calculated with; numbers on the other side are fine."""
+    """An output socket in a graph that can be calculated with; numbers on the other side are fine.
+
+    Between a vector (or color) and a number the number counts for each component.
+    """
 
     def __init__(self, graph: "Graph", socket: bpy.types.NodeSocket) -> None:
         self.graph = graph
         self.socket = socket
 
+    @property
+    def is_vector(self) -> bool:
+        return self.socket.type in {"VECTOR", "RGBA"}
+
     def __add__(self, other: Operand) -> "Value":
-        return self.graph.math("ADD", self, other)
+        return self.graph.calculate("ADD", self, other)
 
     def __radd__(self, other: Operand) -> "Value":
-        return self.graph.math("ADD", other, self)
+        return self.graph.calculate("ADD", other, self)
 
     def __sub__(self, other: Operand) -> "Value":
-        return self.graph.math("SUBTRACT", self, other)
+        return self.graph.calculate("SUBTRACT", self, other)
 
     def __rsub__(self, other: Operand) -> "Value":
-        return self.graph.math("SUBTRACT", other, self)
+        return self.graph.calculate("SUBTRACT", other, self)
 
     def __mul__(self, other: Operand) -> "Value":
-        return self.graph.math("MULTIPLY", self, other)
+        return self.graph.calculate("MULTIPLY", self, other)
 
     def __rmul__(self, other: Operand) -> "Value":
-        return self.graph.math("MULTIPLY", other, self)
+        return self.graph.calculate("MULTIPLY", other, self)
 
     def __truediv__(self, other: Operand) -> "Value":
-        return self.graph.math("DIVIDE", self, other)
+        return self.graph.calculate("DIVIDE", self, other)
 
     def __rtruediv__(self, other: Operand) -> "Value":
-        return self.graph.math("DIVIDE", other, self)
+        return self.graph.calculate("DIVIDE", other, self)
 
     def __pow__(self, exponent: Operand) -> "Value":
         return self.graph.math("POWER", self, exponent)
@@ -139,10 +166,14 @@ class Graph:
             setattr(node, name, value)
         return node
 
-    def link(self, source: Operand | tuple[float, ...], target: bpy.types.NodeSocket) -> None:
+    def link(self, source: Operand, target: bpy.types.NodeSocket) -> None:
         """Connect a value to an input socket, or set the socket to a plain number or tuple."""
         if isinstance(source, Value):
             self.tree.links.new(source.socket, target)
+        elif isinstance(source, (int, float)) and target.type == "VECTOR":
+            target.default_value = (source,) * 3
+        elif isinstance(source, (int, float)) and target.type == "RGBA":
+            target.default_value = (source, source, source, 1.0)
         else:
             target.default_value = source
 
@@ -150,11 +181,30 @@ class Graph:
         """Return the group's own input."""
         return Value(self, self._inputs.outputs[socket.name])
 
+    def end(self, outputs: Mapping[str, Value]) -> None:
+        """Connect the group's own outputs."""
+        node = self.add("NodeGroupOutput")
+        for name, value in outputs.items():
+            self.link(value, node.inputs[name])
+
     def geometry(self, output: str) -> Value:
         """Return an output of the Geometry node: Normal, Incoming (towards the viewer), Position."""
         if self._geometry is None:
             self._geometry = self.add("ShaderNodeNewGeometry")
         return Value(self, self._geometry.outputs[output])
+
+    def calculate(self, operation: str, a: Operand, b: Operand) -> Value:
+        """Return a Math node, or a Vector Math one where an operand is a vector; leaves out what changes nothing."""
+        if operation == "MULTIPLY" and 1.0 in (a, b):
+            return next(x for x in (a, b) if isinstance(x, Value))
+        if operation == "ADD" and 0.0 in (a, b):
+            return next(x for x in (a, b) if isinstance(x, Value))
+        vectors = [isinstance(x, tuple) or (isinstance(x, Value) and x.is_vector) for x in (a, b)]
+        if not any(vectors):
+            return self.math(operation, a, b)
+        if operation == "MULTIPLY" and not all(vectors):
+            return self.scale(*((a, b) if vectors[0] else (b, a)))
+        return self.vector_math(operation, a, b)
 
     def math(self, operation: str, *operands: Operand) -> Value:
         """Return a Math node of the given operation."""
@@ -163,30 +213,93 @@ class Graph:
             self.link(operand, socket)
         return Value(self, node.outputs[0])
 
-    def per_engine(self, label: str, eevee: float, other: float) -> Value:
-        """Return a number that is `eevee` where the scene's render engine is EEVEE, else `other`.
+    def per_scene(self, label: str, expression: str, **properties: str) -> Value:
+        """Return a number that a driver works out from properties of the scene: once per scene, so it costs nothing per pixel.
 
-        A driver sets it once per scene, so it costs nothing per pixel. EEVEE is the first entry of Blender's list of engines.
+        `properties` are data paths by the names they have in `expression`, which must be simple enough to need no permission to
+        run scripts.
         """
+        driver, socket = self._driven(label)
+        for name, path in properties.items():
+            variable = driver.variables.new()
+            variable.name, variable.type = name, "CONTEXT_PROP"
+            variable.targets[0].context_property = "ACTIVE_SCENE"
+            variable.targets[0].data_path = path
+        driver.expression = expression
+        return Value(self, socket)
+
+    def property(self, label: str, owner: bpy.types.ID, path: str) -> Value:
+        """Return a number that a driver keeps equal to a property of a data-block."""
+        driver, socket = self._driven(label)
+        variable = driver.variables.new()
+        variable.type = "SINGLE_PROP"
+        variable.targets[0].id_type, variable.targets[0].id = owner.id_type, owner
+        variable.targets[0].data_path = path
+        driver.type = "SUM"
+        return Value(self, socket)
+
+    def location(self, owner: bpy.types.Object, axis: str) -> Value:
+        """Return a component, X, Y or Z, of an object's place in the world."""
+        driver, socket = self._driven(f"{owner.name} {axis}")
+        self._transform(driver, axis, owner, f"LOC_{axis}")
+        driver.type = "SUM"
+        return Value(self, socket)
+
+    def rotation(self, owner: bpy.types.Object, expression: str) -> Value:
+        """Return what `expression` makes of the quaternion w, x, y, z of an object's rotation in the world."""
+        driver, socket = self._driven(owner.name)
+        for axis in "WXYZ":
+            variable = self._transform(driver, axis.lower(), owner, f"ROT_{axis}")
+            variable.targets[0].rotation_mode = "QUATERNION"
+        driver.expression = expression
+        return Value(self, socket)
+
+    def _driven(self, label: str) -> tuple[bpy.types.Driver, bpy.types.NodeSocket]:
         node = self.add("ShaderNodeValue", label=label)
-        driver = node.outputs[0].driver_add("default_value").driver
-        engine = driver.variables.new()
-        engine.name, engine.type = "engine", "CONTEXT_PROP"
-        engine.targets[0].context_property = "ACTIVE_SCENE"
-        engine.targets[0].data_path = "render.engine"
-        driver.expression = f"{eevee!r} if engine == 0 else {other!r}"
+        return node.outputs[0].driver_add("default_value").driver, node.outputs[0]
+
+    def _transform(self, driver: bpy.types.Driver, name: str, owner: bpy.types.Object, channel: str) -> bpy.types.DriverVariable:
+        variable = driver.variables.new()
+        variable.name, variable.type = name, "TRANSFORMS"
+        variable.targets[0].id, variable.targets[0].transform_type = owner, channel
+        return variable
+
+    def vector(self, x: Operand, y: Operand, z: Operand) -> Value:
+        """Return three numbers as a vector."""
+        node = self.add("ShaderNodeCombineXYZ")
+        for operand, socket in zip((x, y, z), node.inputs, strict=True):
+            self.link(operand, socket)
         return Value(self, node.outputs[0])
 
+    def in_eevee(self) -> Value:
+        """Return 1 where the scene's render engine is EEVEE, the first entry of Blender's list of engines, else 0."""
+        return self.per_scene("In EEVEE", "1 if engine == 0 else 0", engine="render.engine")
+
+    def in_cycles(self, osl: bool) -> Value:
+        """Return 1 where the scene's render engine is another (Cycles) and its Open Shading Language is on or off, else 0."""
+        label, test = ("In Cycles, OSL", "osl") if osl else ("In Cycles", "not osl")
+        return self.per_scene(label, f"1 if engine and {test} else 0", engine="render.engine", osl="cycles.shading_system")
+
     def maximum(self, a: Operand, b: Operand) -> Value:
-        return self.math("MAXIMUM", a, b)
+        return self.calculate("MAXIMUM", a, b)
 
     def minimum(self, a: Operand, b: Operand) -> Value:
-        return self.math("MINIMUM", a, b)
+        return self.calculate("MINIMUM", a, b)
+
+    def clamp(self, a: Operand, low: float, high: float) -> Value:
+        return self.minimum(self.maximum(a, low), high)
 
     def sqrt(self, a: Operand) -> Value:
         return self.math("SQRT", a)
 
-    def vector_math(self, operation: str, *operands: Value | tuple[float, ...], output: str = "Vector") -> Value:
+    def mean(self, vector: Value) -> Value:
+        """Return the mean of a vector's components."""
+        return self.vector_math("DOT_PRODUCT", vector, (1.0 / 3.0,) * 3, output="Value")
+
+    def normalize(self, vector: Value) -> Value:
+        return self.vector_math("NORMALIZE", vector)
+
+    def vector_math(self, operation: str, *operands: Operand, output: str = "Vector") -> Value:
         """Return a Vector Math node of the given operation."""
         node = self.add("ShaderNodeVectorMath", operation=operation)
         for operand, socket in zip(operands, node.inputs, strict=False):
@@ -196,7 +309,7 @@ class Graph:
     def dot(self, a: Value, b: Value) -> Value:
         return self.vector_math("DOT_PRODUCT", a, b, output="Value")
 
-    def scale(self, vector: Value | tuple[float, ...], factor: Operand) -> Value:
+    def scale(self, vector: Operand, factor: Operand) -> Value:
         """Return a vector or a color times a number."""
         node = self.add("ShaderNodeVectorMath", operation="SCALE")
         self.link(vector, node.inputs["Vector"])
@@ -215,7 +328,7 @@ class Graph:
         result = next(s for s in choice.outputs if s.enabled)
         return self.vector_math("NORMALIZE", Value(self, result))
 
-    def diffuse(self, color: Value, normal: Value, roughness: Operand = 0.0) -> Value:
+    def diffuse(self, color: Operand, normal: Value, roughness: Operand = 0.0) -> Value:
         """Return a Diffuse closure around `normal`: Lambert at `roughness` 0, else what the engine makes of it."""
         node = self.add("ShaderNodeBsdfDiffuse")
         self.link(color, node.inputs["Color"])
@@ -223,7 +336,7 @@ class Graph:
         self.link(normal, node.inputs["Normal"])
         return Value(self, node.outputs[0])
 
-    def unscattered(self, color: Value, normal: Value) -> Value:
+    def unscattered(self, color: Operand, normal: Value) -> Value:
         """Return a Subsurface closure whose radius is 0: Lambert, in a place of its own in EEVEE's list of closures."""
         node = self.add("ShaderNodeSubsurfaceScattering", falloff="BURLEY")
         self.link(color, node.inputs["Color"])
@@ -231,13 +344,13 @@ class Graph:
         self.link(normal, node.inputs["Normal"])
         return Value(self, node.outputs[0])
 
-    def translucent(self, color: Value | tuple[float, ...]) -> Value:
+    def translucent(self, color: Operand) -> Value:
         """Return a Lambert closure for light from behind."""
         node = self.add("ShaderNodeBsdfTranslucent")
         self.link(color, node.inputs["Color"])
         return Value(self, node.outputs[0])
 
-    def beckmann(self, color: Operand | tuple[float, ...], roughness: Operand, normal: Value) -> Value:
+    def beckmann(self, color: Operand, roughness: Operand, normal: Value) -> Value:
         """Return a microfacet reflection closure without Fresnel, alpha = `roughness` squared: Beckmann's, in EEVEE always GGX."""
         node = self.add("ShaderNodeBsdfAnisotropic", distribution="BECKMANN")
         self.link(color, node.inputs["Color"])
@@ -245,12 +358,83 @@ class Graph:
         self.link(normal, node.inputs["Normal"])
         return Value(self, node.outputs[0])
 
-    def add_shader(self, a: Value, b: Value) -> Value:
-        """Return the sum of two closures."""
-        node = self.add("ShaderNodeAddShader")
-        self.link(a, node.inputs[0])
-        self.link(b, node.inputs[1])
+    def add_shader(self, first: Value, *others: Value) -> Value:
+        """Return the sum of closures."""
+        for other in others:
+            node = self.add("ShaderNodeAddShader")
+            self.link(first, node.inputs[0])
+            self.link(other, node.inputs[1])
+            first = Value(self, node.outputs[0])
+        return first
+
+    def share(self, factor: Operand, shader: Value) -> Value:
+        """Return a closure times `factor` in [0, 1]."""
+        node = self.add("ShaderNodeMixShader")
+        self.link(factor, node.inputs[0])
+        self.link(shader, node.inputs[2])
         return Value(self, node.outputs[0])
+
+    def shader_to_rgb(self, shader: Value) -> Value:
+        """Return the radiance of a closure under all lights, with shadows: in EEVEE alone."""
+        node = self.add("ShaderNodeShaderToRGB")
+        self.link(shader, node.inputs[0])
+        return Value(self, node.outputs["Color"])
+
+    def emission(self, radiance: Value) -> Value:
+        node = self.add("ShaderNodeEmission")
+        self.link(radiance, node.inputs["Color"])
+        return Value(self, node.outputs[0])
+
+    def script(self, stem: str, **inputs: Operand) -> tuple[Value, ...]:
+        """Return the closure of the OSL shader shaders/STEM.osl, or nothing where this Blender cannot compile it.
+
+        Cycles without Open Shading Language and EEVEE take it for no closure at all.
+        """
+        node = self.add("ShaderNodeScript", label=stem)
+        if not compile_osl(node, stem):
+            self.tree.nodes.remove(node)
+            return ()
+        for name, value in inputs.items():
+            self.link(value, node.inputs[name])
+        return (Value(self, node.outputs[0]),)
+
+    def group(self, group: Group, **inputs: Operand) -> dict[str, Value]:
+        """Return the outputs of another group by name; its inputs are given by their names with _ for a space."""
+        node = self.add("ShaderNodeGroup", node_tree=group.ensure(), label=group.label)
+        for name, value in inputs.items():
+            self.link(value, node.inputs[name.replace("_", " ")])
+        return {output.name: Value(self, output) for output in node.outputs}
+
+    def menu(self, menu: Value, kind: str, cases: Sequence[tuple[str, str, Operand]]) -> Value:
+        """Return what `menu` selects among `cases` (entry, description, value) of data type `kind`; the rest is not computed.
+
+        One such node serves a menu: Blender wants its entries defined in one place.
+        """
+        node = self.add("GeometryNodeMenuSwitch", data_type=kind)
+        node.enum_items.clear()
+        for name, description, _ in cases:
+            node.enum_items.new(name).description = description
+        self.link(menu, node.inputs[0])
+        for socket, (_, _, value) in zip(node.inputs[1:], cases, strict=False):
+            self.link(value, socket)
+        return Value(self, node.outputs[0])
+
+    def bundle(self, items: Mapping[str, tuple[str, Operand]]) -> Value:
+        """Return several values as one, by name with their data types."""
+        node = self.add("NodeCombineBundle")
+        for name, (kind, _) in items.items():
+            node.bundle_items.new(kind, name)
+        for name, (_, value) in items.items():
+            self.link(value, node.inputs[name])
+        return Value(self, node.outputs[0])
+
+    def unbundle(self, bundle: Value, kinds: Mapping[str, str]) -> dict[str, Value]:
+        """Return the values of a bundle by name, given their data types."""
+        node = self.add("NodeSeparateBundle")
+        for name, kind in kinds.items():
+            node.bundle_items.new(kind, name)
+        self.link(bundle, node.inputs[0])
+        return {name: Value(self, node.outputs[name]) for name in kinds}
 
     def arrange(self) -> None:
         """Lay the nodes out in columns, each one right of all that feed it, so that a person can read the group."""

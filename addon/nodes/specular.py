@@ -16,22 +16,23 @@ EXPONENT = Socket(
 )
 
 
-def build(graph: Graph) -> Value:
+def build(graph: Graph) -> dict[str, Value]:
     normal = graph.normal()
     n = graph.maximum(graph.input(EXPONENT), 0.0)
     alpha2 = 2.0 / (n + 2.0)
     mu = graph.minimum(graph.maximum(graph.dot(normal, graph.geometry("Incoming")), 0.0), 1.0)
     mu2 = mu * mu
-    masking = graph.per_engine("GGX masking", eevee=1.0, other=0.0)
+    masking = graph.in_eevee()
     same_height = mu * graph.sqrt(mu2 + masking * alpha2 * (1.0 - mu2))
     weight = graph.input(SPECULAR) * ((n + 8.0) / (n + 2.0)) * same_height
     base = graph.diffuse(graph.input(COLOR), normal)
-    return graph.add_shader(base, graph.beckmann(weight, alpha2**0.25, normal))
+    return {"BSDF": graph.add_shader(base, graph.beckmann(weight, alpha2**0.25, normal))}
 
 
 SPECULAR_GROUP = Group(
     key="specular",
     name="True Diffuse Specular",
+    label="Standard Specular",
     version=1,
     description="Standard specular: a highlight of fixed weight over a Lambert base, as games used to shade",
     inputs=(COLOR, SPECULAR, EXPONENT, NORMAL),

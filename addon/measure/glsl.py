@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Evaluates GLSL functions on the graphics driver through Blender's gpu module, one pixel for each set of inputs."""
+
+from array import array
+from collections.abc import Sequence
+from pathlib import Path
+
+import bpy
+
+import gpu
+
+SHADERS = Path(__file__).resolve().parent.parent.parent / "shaders"
+VERTEX = "void main() { gl_Position = vec4(position, 0.0, 1.0); }"
+WIDTH = 1024  # pixels in a row of the target
+BEFORE = {  # what a file of shaders/ needs included before it, in this order
+    "geometry": (),
+    "lambert": ("geometry",),
+    "oren_nayar": ("geometry",),
+    "oren_nayar_1994": ("geometry", "oren_nayar"),
+    "fujii": ("geometry",),
+    "eon": ("geometry", "fujii"),
+    "cycles_diffuse": ("geometry", "fujii", "eon"),
+    "wolff": ("geometry",),
+    "pits": ("geometry",),
+    "specular": ("geometry",),
+}
+
+
+def source(stem: str) -> str:
+    """Return the functions of shaders/STEM.glsl and of what it needs, ready to compile below a #version line."""
+    return "\n".join((SHADERS / f"{name}.glsl").read_text() for name in (*BEFORE[stem], stem))
+
+
+def evaluate(stem: str, call: str, rows: Sequence[tuple[Sequence[float], ...]]) -> list[tuple[float, float, float]]:
+    """Return what the GLSL expression `call`, a vec3, gives for each of `rows`: its vec4s are called a, b, c and d there.
+
+    The functions of shaders/STEM.glsl can be used in it; shorter vectors end in zeros. Values go in and come out as 32-bit floats.
+    Needs a graphics driver.
+    """
+    if bpy.app.background:
+        gpu.init()
+    width, height = min(len(rows), WIDTH), -(-len(rows) // WIDTH)
+    names = "abcd"[: len(rows[0])]
+    info = gpu.types.GPUShaderCreateInfo()
+    info.vertex_in(0, "VEC2", "position")
+    info.fragment_out(0, "VEC4", "result")
+    fetches = ""
+    for slot, name in enumerate(names):
+        info.sampler(slot, "FLOAT_2D", f"input_{name}")
+        fetches += f"vec4 {name} = texelFetch(input_{name}, ivec2(gl_FragCoord.xy), 0);\n"
+    info.vertex_source(VERTEX)
+    info.fragment_source(f"{source(stem)}\nvoid main() {{ {fetches} result = vec4({call}, 1.0); }}")
+    shader = gpu.shader.create_from_info(info)
+    triangle = gpu.types.GPUVertFormat()
+    triangle.attr_add(id="position", comp_type="F32", len=2, fetch_mode="FLOAT")
+    vertices = gpu.types.GPUVertBuf(triangle, 3)
+    vertices.attr_fill("position", [(-1.0, -1.0), (3.0, -1.0), (-1.0, 3.0)])
+    target = gpu.types.GPUOffScreen(width, height, format="RGBA32F")
+    with target.bind():
+        shader.bind()
+        textures = []  # kept until drawn
+        for slot, name in enumerate(names):
+            padded = array("f", (value for row in rows for value in (*row[slot], 0.0, 0.0, 0.0)[:4]))
+            padded.extend([0.0] * (4 * width * height - len(padded)))
+            data = gpu.types.Buffer("FLOAT", len(padded), padded)
+            textures.append(gpu.types.GPUTexture((width, height), format="RGBA32F", data=data))
+            shader.uniform_sampler(f"input_{name}", textures[-1])
+        gpu.types.GPUBatch(type="TRIS", buf=vertices).draw(shader)
+        pixels = gpu.state.active_framebuffer_get().read_color(0, 0, width, height, 4, 0, "FLOAT").to_list()
+    target.free()
+    return [(red, green, blue) for line in pixels for red, green, blue, _ in line][: len(rows)]

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the lobes of `lobes.py` are made of: directions and weights that move with N.V, and the engines' own shading of them."""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+GRAZING = 0.05  # the least mu that steep directions follow
+SINGLE, PAIR, SIGNED, CYCLES = "single", "pair", "signed", "cycles"
+
+
+class Weight(NamedTuple):
+    """c(mu) = constant + sin(v) (s_0 + s_1 mu + s_2 mu^2)."""
+
+    constant: float
+    s_0: float
+    s_1: float
+    s_2: float
+
+    def at(self, mu: float) -> float:
+        return self.constant + math.sqrt(1.0 - mu * mu) * (self.s_0 + mu * (self.s_1 + mu * self.s_2))
+
+
+class Lobe(NamedTuple):
+    """max(0, d.L) around d = along V_t +- side (N x V_t) + (up_0 + up_1 mu + steep / max(mu, GRAZING)) N.
+
+    With a side, half of it to each.
+    """
+
+    along: float
+    side: float
+    up_0: float
+    up_1: float
+    steep: float
+
+    def up(self, mu: float) -> float:
+        return self.up_0 + self.up_1 * mu + self.steep / max(mu, GRAZING)
+
+    def value(self, x: float, y: float, z: float, mu: float) -> float:
+        """Return the lobe for light from (x, y, z)."""
+        middle, side = self.along * x + self.up(mu) * z, self.side * y
+        return 0.5 * (max(0.0, middle + side) + max(0.0, middle - side))
+
+
+class Fit(NamedTuple):
+    """The lobes of a scheme for one function or two, and for each function the weight of every lobe."""
+
+    lobes: tuple[Lobe, ...]
+    weights: Mapping[str, tuple[Weight, ...]]
+
+
+CYCLES_AWAY = math.radians(85.6)  # never 90 degrees: there Cycles' test of the light's side falls either way by chance
+
+
+def eevee_horizon(n_dot_l: float) -> float:
+    """Return the factor by which EEVEE fades all closures of a pixel near the horizon of its first one; N.L may be negative."""
+    return min(1.0, max(0.0, 10.0 * n_dot_l + 1.0))
+
+
+def cycles_bump_shadowing(n_dot_l: float, n_dot_m: float, m_dot_l: float) -> float:
+    """Return the factor by which Cycles shadows a diffuse closure with the bent normal M, for unit vectors; in [0, 1]."""
+    if n_dot_l <= 0.0 or n_dot_m <= 0.0 or m_dot_l <= 0.0:
+        return 0.0
+    alpha2 = min(1.0, 0.125 * (1.0 / (n_dot_m * n_dot_m) - 1.0))
+    tangent2 = 1.0 / (n_dot_l * n_dot_l) - 1.0
+    return 2.0 / (1.0 + math.sqrt(1.0 + max(0.0, alpha2 * tangent2)))
+
+
+def fujii_function(x: float, z: float, mu: float) -> float:
+    """Return Fujii's function of the light, z s / t."""
+    s = math.sqrt(1.0 - mu * mu) * x
+    return s * z / max(z, mu) if s > 0.0 else s * z
+
+
+def away_lobe(x: float, z: float) -> float:
+    """Return the lobe away from the viewer as Cycles shades it."""
+    n_dot_m = math.cos(CYCLES_AWAY)
+    m_dot_l = n_dot_m * z - math.sin(CYCLES_AWAY) * x
+    return max(0.0, m_dot_l) * cycles_bump_shadowing(z, n_dot_m, m_dot_l)
+
+
+def lobe_values(scheme: str, lobes: tuple[Lobe, ...], x: float, y: float, z: float, mu: float) -> tuple[float, ...]:
+    """Return what each lobe of a scheme gives for light from (x, y, z): L in the frame (V_t, N x V_t, N), z > 0."""
+    if scheme == SINGLE:
+        return (z, x)
+    if scheme == CYCLES:
+        return (z, fujii_function(x, z, mu), away_lobe(x, z))
+    return tuple(lobe.value(x, y, z, mu) for lobe in lobes)

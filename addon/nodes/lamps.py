@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The lamps that the mode Lamps is exact for: an inner node group whose drivers follow up to SLOTS light objects of the file.
+
+For each lamp it gives L, the unit vector towards it from the shading point, and E, the irradiance [W/m^2] that it sends to a plane
+that faces it there, shadows left out. An area lamp counts as its center, a spot with its cone.
+"""
+
+import math
+from collections.abc import Sequence
+
+import bpy
+
+from .graph import Graph, Group, Value
+
+SLOTS = 4
+KINDS = ("SUN", "POINT", "SPOT", "AREA")
+NEAR = 1e-12  # m^2, the least squared distance
+
+
+def build_none(graph: Graph) -> dict[str, Value]:
+    return build(graph, ())
+
+
+def build(graph: Graph, chosen: Sequence[bpy.types.Object]) -> dict[str, Value]:
+    """Return L and E of each slot; those without a lamp send nothing."""
+    outputs = {}
+    dark = graph.vector(0.0, 0.0, 0.0)
+    for slot in range(SLOTS):
+        l, e = lamp(graph, chosen[slot]) if slot < len(chosen) else (dark, dark)
+        outputs[f"L {slot + 1}"], outputs[f"E {slot + 1}"] = l, e
+    return outputs
+
+
+def lamp(graph: Graph, light: bpy.types.Object) -> tuple[Value, Value]:
+    """Return L and E of a light object."""
+    data = light.data
+    energy = graph.vector(*(graph.property(light.name, data, f"color[{i}]") for i in range(3))) * (
+        graph.property("Strength", data, "energy") * graph.math("POWER", 2.0, graph.property("Exposure", data, "exposure"))
+    )
+    # the lamp's own z axis, from the quaternion of its rotation: it shines the other way
+    axis = graph.vector(
+        graph.rotation(light, "2*(x*z+w*y)"),
+        graph.rotation(light, "2*(y*z-w*x)"),
+        graph.rotation(light, "1-2*(x*x+y*y)"),
+    )
+    if data.type == "SUN":
+        return axis, energy
+    place = graph.vector(*(graph.location(light, axis) for axis in "XYZ"))
+    away = place - graph.geometry("Position")
+    l = graph.normalize(away)
+    power = energy / graph.maximum(graph.dot(away, away), NEAR)
+    if data.type == "POINT":
+        return l, power * (1.0 / (4.0 * math.pi))
+    facing = graph.maximum(graph.dot(l, axis), 0.0)
+    if data.type == "AREA":
+        return l, power * (facing * (1.0 / math.pi))
+    # Blender's cone: a smooth step from the cosine of half its angle, over a share of what is inside
+    edge = graph.math("COSINE", graph.property("Cone", data, "spot_size") * 0.5)
+    blend = graph.maximum((1.0 - edge) * graph.property("Blend", data, "spot_blend"), 1e-6)
+    t = graph.clamp((facing - edge) / blend, 0.0, 1.0)
+    return l, power * (t * t * (3.0 - 2.0 * t) * (1.0 / (4.0 * math.pi)))
+
+
+LAMPS = Group("lamps", ".True Diffuse Lamps", "Lamps", 1, "The lamps that the mode Lamps is exact for", (), build_none)
+
+
+def choose(lights: Sequence[bpy.types.Object]) -> None:
+    """Make the mode Lamps of all materials in the file follow `lights`; raises ValueError for what is no lamp or for too many."""
+    if len(lights) > SLOTS:
+        raise ValueError(f"at most {SLOTS} lamps, not {len(lights)}")
+    for light in lights:
+        if light.type != "LIGHT":
+            raise ValueError(f"{light.name} is not a light")
+    LAMPS.rebuild(lambda graph: build(graph, lights))

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One inner node group for each rough diffuse model: its closures by mode, made of the lobes of `models/lobes.py`."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from ..models.fujii import K1
+from ..models.lobe import CYCLES, GRAZING, PAIR, SIGNED, SINGLE
+from ..models.lobe_table import TABLE
+from .graph import COLOR, Graph, Group, Number, Socket, Value
+from .lamps import LAMPS, SLOTS
+from .rough_models import IOR, ROUGHNESS, Kind, Lamp, N, Surface, Terms, cycles_diffuse, eon, fujii, oren_nayar
+from .schemes import CYCLES_LOBES, LOBE_PAIR, SIGNED_LOBES, SIGNED_LOBES_UNDER, SINGLE_LOBE
+
+L = Socket("L", "NodeSocketVector", "Unit vector towards the lamp", (0.0, 0.0, 0.0))
+ELSEWHERE = 1e-4  # share of the chosen lamps' irradiance that light from elsewhere counts for
+
+
+class Modes(NamedTuple):
+    """A model's closure by mode."""
+
+    lobes: Value
+    single: Value
+    signed: Value
+    lamps: Value
+
+
+def modes(surface: Surface, terms: Terms, kind: Kind) -> Modes:
+    """Return the closures of one model. A model of Lambert's shape is one closure in every mode and engine."""
+    graph, color = surface.graph, surface.color
+    family = next(iter(terms.functions), None)
+    if family is None:
+        shown = graph.diffuse(color * terms.facing * (1.0 - graph.in_cycles(osl=True)), surface.n)
+        return Modes(shown, shown, shown, lamps(surface, kind) or shown)
+
+    def weights(scheme: str) -> list[Number]:
+        """Return the weight of each lobe: the sum over the functions."""
+        table = TABLE[scheme][family].weights
+        sums: list[Number] = []
+        for lobe in zip(*(table[name] for name in terms.functions), strict=True):
+            total: Number = 0.0
+            for factor, weight in zip(terms.functions.values(), lobe, strict=True):
+                value = surface.weight(weight)
+                if value != 0.0:
+                    total = factor * value + total if isinstance(factor, Value) else value * factor + total
+            sums.append(total)
+        return sums
+
+    frame = {"N": surface.n, "Tangent": surface.tangent}
+    in_cycles = cycles(surface, terms, kind, weights)
+    z, x = weights(SINGLE)
+    single = graph.group(SINGLE_LOBE, **frame, Facing=color * (terms.facing + z), Toward=color * x)["BSDF"]
+    z, bent = weights(PAIR)
+    up = TABLE[PAIR][family].lobes[1]
+    pair = graph.group(
+        LOBE_PAIR, **frame, Facing=color * (terms.facing + z), Toward=color * bent, Up=up.up_0 + surface.mu * up.up_1
+    )["BSDF"]
+    signed = signed_lobes(surface, terms, weights(SIGNED), frame)
+    lobes = graph.add_shader(pair, in_cycles)
+    return Modes(lobes, graph.add_shader(single, in_cycles), graph.add_shader(signed, in_cycles), lamps(surface, kind) or lobes)
+
+
+def lamps(surface: Surface, kind: Kind) -> Value | None:
+    """Return a Lambert closure in the color that gives it the model's radiance under the chosen lamps, in either engine.
+
+    So the engine's shadows and bounces stay. The color's factor is the mean of the model over Lambert, weighted by what each lamp
+    would send; light from elsewhere, little beside them, counts with the directional albedo. None where the model has no such form.
+    """
+    if kind.one_lamp is None:
+        return None
+    graph, gain_of, albedo = surface.graph, *kind.one_lamp
+    group = _group("gain", f"{kind.name}, One Lamp", kind, (COLOR, ROUGHNESS, IOR, N, L), lambda inner: build_gain(inner, gain_of))
+    places = graph.group(LAMPS)
+    inputs = {"Color": surface.color, "Roughness": surface.sigma, "IOR": surface.ior, "N": surface.n}
+    reflected, received = [], []
+    for slot in range(1, SLOTS + 1):
+        gain = graph.group(group, **inputs, L=places[f"L {slot}"])
+        irradiance = places[f"E {slot}"] * gain["N.L"]
+        reflected.append(gain["Gain"] * irradiance)
+        received.append(irradiance)
+    elsewhere = graph.maximum(sum(received[1:], received[0]) * ELSEWHERE, 1e-9)
+    shown = sum(reflected, albedo(surface) * elsewhere) / sum(received, elsewhere)
+    return graph.diffuse(surface.color * shown, surface.n)
+
+
+def signed_lobes(surface: Surface, terms: Terms, weights: list[Number], frame: dict[str, Value]) -> Value:
+    """Return the signed lobes of a model, in EEVEE."""
+    graph, color = surface.graph, surface.color
+    family = next(iter(terms.functions))
+    facing, toward, away, near, far, *under = (color * weight for weight in weights)
+    _, _, _, near_lobe, far_lobe, *under_lobe = TABLE[SIGNED][family].lobes
+    base = terms.facing
+    negative = [weight * -1.0 if name == "interreflection" else weight for name, weight in terms.functions.items()]
+    if family in ("fujii", "oren_nayar_1994"):  # models.lobes.floor says why
+        floor = sum(negative[1:], negative[0]) * surface.sine
+        base = base - floor
+        facing = facing + color * floor * (graph.maximum(surface.mu, GRAZING) * (1.0 / far_lobe.steep))
+    more = {"Under": under[0], "Under_Up": under_lobe[0].up_0} if under else {}
+    return graph.group(
+        SIGNED_LOBES_UNDER if under else SIGNED_LOBES,
+        **frame,
+        **{"N.V": surface.mu},
+        Base=color * base,
+        Facing=facing,
+        Toward=toward,
+        Away=away,
+        Near=near,
+        Far=far,
+        Near_Steep=-near_lobe.steep,
+        Far_Steep=far_lobe.steep,
+        Side=far_lobe.side,
+        **more,
+    )["BSDF"]
+
+
+def cycles(surface: Surface, terms: Terms, kind: Kind, weights: Callable[[str], list[Number]]) -> Value:
+    """Return the closures of a rough model in Cycles without OSL."""
+    graph, color = surface.graph, surface.color
+    frame = {"N": surface.n, "Tangent": surface.tangent}
+    if kind.terms is cycles_diffuse:
+        return graph.diffuse(color * graph.in_cycles(osl=False), surface.n, surface.r)
+    if kind.terms is eon:
+        return graph.group(EON_CHANNELS, N=surface.n, Color=color, Roughness=surface.r, Average=surface.fujii_average)["BSDF"]
+    if kind.terms is fujii:
+        return graph.group(CYCLES_LOBES, **frame, Fujii=color, Roughness=surface.r)["BSDF"]
+    z, function, away = weights(CYCLES)
+    base = terms.facing + z
+    if kind.terms is oren_nayar:
+        weight = base + K1 * function
+        return graph.group(CYCLES_LOBES, **frame, Fujii=color * weight, Roughness=function / base, Away=color * away)["BSDF"]
+    # A roughness of 1 and the rest to Lambert: so each channel can have a share of its own.
+    rough = graph.minimum(function, base)
+    return graph.group(CYCLES_LOBES, **frame, Fujii=color * rough * (1.0 + K1), Roughness=1.0, Facing=color * (base - rough))[
+        "BSDF"
+    ]
+
+
+def build_eon_channels(graph: Graph) -> dict[str, Value]:
+    """EON out of Cycles' Diffuse closure, whose multiple scattering lacks a factor 1 / rho.
+
+    A color a > rho inside, times rho / a: with k = 1 - <E> and q = rho / (1 - rho k), a^2 + q k a = q gives EON's share. One
+    closure a channel, since a closure has one factor.
+    """
+    n, color, roughness, average = map(graph.input, EON_CHANNELS.inputs)
+    k = 1.0 - average
+    here = graph.in_cycles(osl=False)
+    separate = graph.add("ShaderNodeSeparateXYZ")
+    graph.link(color, separate.inputs[0])
+    closures = []
+    for channel in range(3):
+        rho = Value(graph, separate.outputs[channel])
+        q = rho / (1.0 - rho * k)
+        qk = q * k
+        a = graph.maximum(0.5 * (graph.sqrt(qk * qk + 4.0 * q) - qk), 1e-6)
+        only = tuple(float(i == channel) for i in range(3))
+        closures.append(graph.share(rho / a * here, graph.diffuse(graph.scale(only, a), n, roughness)))
+    return {"BSDF": graph.add_shader(*closures)}
+
+
+EON_CHANNELS = Group(
+    "eon_channels",
+    ".True Diffuse EON",
+    "EON",
+    1,
+    "Cycles: EON, one closure for each channel",
+    (
+        Socket("N", "NodeSocketVector", "Shading normal", (0.0, 0.0, 0.0)),
+        Socket("Color", "NodeSocketVector", "Albedo rho", (0.0, 0.0, 0.0)),
+        Socket("Roughness", "NodeSocketFloat", "Roughness, 0 to 1", 0.0),
+        Socket("Average", "NodeSocketFloat", "Average albedo <E> of Fujii's model at rho = 1", 1.0),
+    ),
+    build_eon_channels,
+)
+
+
+def build_model(graph: Graph, kind: Kind) -> dict[str, Value]:
+    surface = Surface(graph)
+    closures = modes(surface, kind.terms(surface), kind)
+    return {"Lobes": closures.lobes, "Single": closures.single, "Signed": closures.signed, "Lamps": closures.lamps}
+
+
+def build_gain(graph: Graph, gain: Callable[[Lamp], Value]) -> dict[str, Value]:
+    lamp = Lamp(Surface(graph), graph.input(L))
+    return {"Gain": gain(lamp), "N.L": lamp.mu}
+
+
+def model_group(kind: Kind) -> Group:
+    """Return the inner group of a model."""
+    return _group("model", kind.name, kind, (COLOR, ROUGHNESS, IOR, N), lambda graph: build_model(graph, kind))
+
+
+def _group(prefix: str, label: str, kind: Kind, inputs: tuple[Socket, ...], build: Callable[[Graph], dict[str, Value]]) -> Group:
+    key = kind.name.lower().replace(" ", "_").replace("-", "_")
+    return Group(f"{prefix}_{key}", f".True Diffuse {label}", label, 1, kind.description, inputs, build)

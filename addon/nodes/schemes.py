@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Inner node groups: the closures of each scheme in `models/lobes.py`, given the color of each lobe.
+
+A driver makes each of them reflect nothing outside its own engine; both engines drop closures of weight 0.
+
+EEVEE keeps one closure of a kind per pixel and picks at random among several; a material that is also translucent keeps its Diffuse
+closure apart from its Subsurface one. So a Subsurface closure without any scattering, a Diffuse one and a Translucent one without
+any color shade two lobes in every sample, without noise. It also cuts the light from behind the first one's normal off from all.
+
+Cycles' Diffuse closure adds Fujii's multiple scattering, which grows with the cube of the color. Added to itself DOUBLINGS times at
+a color as many times halved, it reflects the same once and next to nothing twice.
+"""
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+from ..models.lobe import CYCLES_AWAY, GRAZING
+from .graph import Graph, Group, Operand, Socket, Value
+
+BLACK = (0.0, 0.0, 0.0, 1.0)
+WHITE = (1.0, 1.0, 1.0, 1.0)
+FAINT = (2e-5, 2e-5, 2e-5, 1.0)  # EEVEE drops what is below 1e-5
+DOUBLINGS = 3  # each leaves a quarter of the multiple scattering: at rho = 1 and sigma = 1 some 0.1 % of the whole
+
+
+def _vector(name: str, description: str) -> Socket:
+    return Socket(name, "NodeSocketVector", description, (0.0, 0.0, 0.0))
+
+
+def _number(name: str, description: str) -> Socket:
+    return Socket(name, "NodeSocketFloat", description, 0.0)
+
+
+N = _vector("N", "Shading normal")
+TANGENT = _vector("Tangent", "Unit vector V_t across N, towards the viewer")
+MU = _number("N.V", "Cosine of the angle between normal and viewer")
+FACING = _vector("Facing", "Color of the lobe around N")
+TOWARD = _vector("Toward", "Color of the lobe towards the viewer")
+AWAY = _vector("Away", "Color of the lobe away from the viewer")
+
+
+def _along(graph: Graph, tangent: Operand, n: Value, up: Operand) -> tuple[Value, Value]:
+    """Return the direction of tangent + up N at unit length, and its length before."""
+    d = tangent + n * up
+    return graph.normalize(d), graph.vector_math("LENGTH", d, output="Value")
+
+
+def _apart(graph: Graph, facing: Operand, n: Value, color: Operand, bent: Value) -> Value:
+    """Return EEVEE's two lobes without noise: `facing` around `n` and `color` around `bent`."""
+    return graph.add_shader(graph.unscattered(facing, n), graph.diffuse(color, bent), graph.translucent(BLACK))
+
+
+def build_single(graph: Graph) -> Value:
+    n, tangent, facing, toward = map(graph.input, SINGLE_LOBE.inputs)
+    d = n * graph.mean(facing) + tangent * graph.mean(toward)
+    bent = graph.normalize(d)
+    color = facing * graph.dot(bent, n) + toward * graph.dot(bent, tangent)
+    return graph.diffuse(graph.maximum(color, 0.0) * graph.in_eevee(), bent)
+
+
+def build_pair(graph: Graph) -> Value:
+    n, tangent, facing, toward, up = map(graph.input, LOBE_PAIR.inputs)
+    bent, length = _along(graph, tangent, n, up)
+    here = graph.in_eevee()
+    return _apart(graph, graph.maximum(facing, 0.0) * here, n, graph.maximum(toward, 0.0) * (length * here), bent)
+
+
+def build_signed(graph: Graph, under: bool) -> Value:
+    """The lobes of either sign; `under`: with the one from under the surface, which equation (1) does without."""
+    inputs = {socket.name: graph.input(socket) for socket in (SIGNED_LOBES_UNDER if under else SIGNED_LOBES).inputs}
+    n, tangent = inputs["N"], inputs["Tangent"]
+    slope = 1.0 / graph.maximum(inputs["N.V"], GRAZING)
+    far_up = inputs["Far Steep"] * slope
+    back = tangent * -1.0
+    across = graph.vector_math("CROSS_PRODUCT", n, tangent) * inputs["Side"]
+
+    def lobe(name: str, direction: Value, up: Operand, share: float = 1.0) -> Value:
+        bent, length = _along(graph, direction, n, up)
+        white = graph.shader_to_rgb(_apart(graph, FAINT, n, WHITE, bent))
+        return white * (inputs[name] * (length * share))
+
+    facing = graph.maximum(inputs["Facing"] * far_up, 0.0)
+    total = graph.shader_to_rgb(_apart(graph, facing, n, graph.maximum(inputs["Toward"], 0.0), tangent))
+    total += lobe("Away", back, 0.0)
+    total += lobe("Near", tangent, inputs["Near Steep"] * slope * -1.0)
+    total += lobe("Far", back + across, far_up, 0.5)
+    total += lobe("Far", back - across, far_up, 0.5)
+    if under:
+        total += lobe("Under", back, inputs["Under Up"])
+    here = graph.in_eevee()
+    base = graph.diffuse(graph.maximum(inputs["Base"], 0.0) * here, n)
+    return graph.add_shader(base, graph.emission(graph.maximum(total, 0.0) * here))
+
+
+def build_cycles(graph: Graph) -> Value:
+    n, tangent, fujii, roughness, facing, away = map(graph.input, CYCLES_LOBES.inputs)
+    here = graph.in_cycles(osl=False)
+    base = graph.diffuse(graph.maximum(fujii, 0.0) * (here * 0.5**DOUBLINGS), n, roughness)
+    for _ in range(DOUBLINGS):
+        base = graph.add_shader(base, base)
+    bent, _ = _along(graph, tangent * -1.0, n, 1.0 / math.tan(CYCLES_AWAY))
+    lambert = graph.diffuse(graph.maximum(facing, 0.0) * here, n)
+    return graph.add_shader(base, lambert, graph.diffuse(graph.maximum(away, 0.0) * here, bent))
+
+
+def _inner(key: str, label: str, description: str, inputs: tuple[Socket, ...], build: Callable[[Graph], Value]) -> Group:
+    return Group(key, f".True Diffuse {label}", label, 1, description, inputs, lambda graph: {"BSDF": build(graph)})
+
+
+SINGLE_LOBE = _inner(
+    "single", "Single Lobe", "EEVEE: one Diffuse closure around the sum of two lobes", (N, TANGENT, FACING, TOWARD), build_single
+)
+LOBE_PAIR = _inner(
+    "pair",
+    "Lobe Pair",
+    "EEVEE: a lobe around the normal and one bent towards the viewer, both in every sample",
+    (N, TANGENT, FACING, TOWARD, _number("Up", "How far the bent lobe rises towards N")),
+    build_pair,
+)
+_SIGNED = (
+    N,
+    TANGENT,
+    MU,
+    _vector("Base", "Color of the closure that is not part of the sum"),
+    FACING,
+    TOWARD,
+    AWAY,
+    _vector("Near", "Color of the lobe whose crease is nearer to the horizon"),
+    _vector("Far", "Color of the lobes whose crease is farther from it"),
+    _number("Near Steep", "How steep the nearer crease is"),
+    _number("Far Steep", "How steep the farther crease is"),
+    _number("Side", "How far the farther crease is split sideways"),
+)
+SIGNED_LOBES = _inner(
+    "signed", "Signed Lobes", "EEVEE: lobes of either sign through Shader to RGB", _SIGNED, partial(build_signed, under=False)
+)
+SIGNED_LOBES_UNDER = _inner(
+    "signed_under",
+    "Signed Lobes, Under",
+    "EEVEE: lobes of either sign through Shader to RGB, one of them from under the surface",
+    (*_SIGNED, _vector("Under", "Color of the lobe from under the surface"), _number("Under Up", "How far it rises, below 0")),
+    partial(build_signed, under=True),
+)
+CYCLES_LOBES = _inner(
+    "cycles",
+    "Cycles Lobes",
+    "Cycles: Fujii's model without multiple scattering, a Lambert lobe and one away from the viewer",
+    (
+        N,
+        TANGENT,
+        _vector("Fujii", "Color of Fujii's model"),
+        _number("Roughness", "Roughness of Fujii's model, 0 to 1"),
+        FACING,
+        AWAY,
+    ),
+    build_cycles,
+)
