@@ -4,7 +4,7 @@
 import bpy
 
 from .nodes import GROUPS
-from .operators import TRUE_DIFFUSE_OT_add_group
+from .operators import TRUE_DIFFUSE_OT_add_group, TRUE_DIFFUSE_OT_choose_lamps
 
 
 class TRUE_DIFFUSE_MT_add(bpy.types.Menu):
@@ -16,6 +16,8 @@ class TRUE_DIFFUSE_MT_add(bpy.types.Menu):
     def draw(self, context: bpy.types.Context) -> None:
         for group in GROUPS:
             self.layout.operator(TRUE_DIFFUSE_OT_add_group.bl_idname, text=group.label).key = group.key
+        self.layout.separator()
+        self.layout.operator(TRUE_DIFFUSE_OT_choose_lamps.bl_idname)
 
 
 def draw_add_menu(self: bpy.types.Menu, context: bpy.types.Context) -> None:

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fits the lobes of addon/models/lobe_table.py to the models, by linear least squares over all lights and views.
 
-uv run scripts/fit_lobes.py --out addon/models/lobe_table.py
+uv run scripts/fit_lobes.py --out addon/models/lobe_table.py      seconds
+uv run scripts/fit_lobes.py --search                              minutes: shows better directions, to be written below by hand
 """
 
 import math
@@ -10,6 +11,7 @@ from argparse import Namespace
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
@@ -17,13 +19,17 @@ import checkout  # noqa: F401 - makes the checkout the package true_diffuse
 from console import Parser, Terminal, script_arguments
 from frame import run_script
 from outputs import Staging
-from true_diffuse.addon.models import Model, OrenNayar, OrenNayar1994, Pits, Wolff
+from true_diffuse.addon.measure.lobe_error import lobe_error
+from true_diffuse.addon.models import Fujii, Model, OrenNayar, OrenNayar1994, Pits, Wolff
 from true_diffuse.addon.models.lobe import CYCLES, PAIR, SIGNED, SINGLE, Fit, Lobe, Weight, fujii_function, lobe_values
+from true_diffuse.addon.models.lobes import Rendered
 from true_diffuse.addon.models.quadrature import gauss_legendre
 from true_diffuse.addon.models.vector import Vector, from_polar
 
 N = (0.0, 0.0, 1.0)
 VIEWS = tuple(range(5, 90, 5))  # degrees from N
+SEARCH_ORDER = 12  # the same, for `search`
+STEP, STEP_END, ENOUGH = 0.12, 0.01, 1e-6  # its steps, and what counts as better
 ORDER = 24  # lights: this many elevations, and azimuths in half a circle, for each view
 # How much a uniform world counts against lamps where the signed lobes are fitted: enough to make it right to 0.1 %.
 WORLD = 1000.0
@@ -71,7 +77,7 @@ FACING = Lobe(0.0, 0.0, 1.0, 0.0, 0.0)
 SIDEWAYS = Lobe(1.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def signed_lobes(near: float, far: float, side: float, under: float | None) -> tuple[Lobe, ...]:
+def signed_lobes(near: float, far: float, side: float, under: float | None = None) -> tuple[Lobe, ...]:
     """Return the signed lobes whose creases lie at x = `near` z / mu and at x = `far` z / mu, the latter split by `side`."""
     lobes = (
         Lobe(0.0, 0.0, 0.0, 0.0, far),
@@ -84,19 +90,38 @@ def signed_lobes(near: float, far: float, side: float, under: float | None) -> t
 
 
 def pair_lobes(up_0: float, up_1: float) -> tuple[Lobe, ...]:
+    """Return a lobe around N and one bent towards the viewer, along V_t + (up_0 + up_1 mu) N."""
     return FACING, Lobe(1.0, 0.0, up_0, up_1, 0.0)
 
 
-# For each family of functions that occur together: the functions, and the directions of PAIR and SIGNED.
-FAMILIES: dict[str, tuple[dict[str, Function], tuple[Lobe, ...], tuple[Lobe, ...]]] = {
-    "oren_nayar": ({"oren_nayar": oren_nayar}, pair_lobes(0.0, 0.63), signed_lobes(0.672, 0.953, 0.48, None)),
-    "fujii": ({"fujii": fujii}, pair_lobes(0.74, 1.14), signed_lobes(0.814, 0.928, 0.548, 0.905)),
-    "oren_nayar_1994": (
+def lobes_of(scheme: str, directions: tuple[float, ...]) -> tuple[Lobe, ...]:
+    """Return the lobes of a scheme, made of a family's numbers."""
+    return pair_lobes(*directions) if scheme == PAIR else signed_lobes(*directions) if scheme == SIGNED else ()
+
+
+class Family(NamedTuple):
+    """Functions that occur together in a `model`, and the directions of their PAIR and SIGNED lobes, as found by `search`."""
+
+    model: Model
+    functions: dict[str, Function]
+    pair: tuple[float, ...]
+    signed: tuple[float, ...]
+
+    def directions(self, scheme: str) -> tuple[float, ...]:
+        """Return the numbers that a scheme's lobes are made of; the lobes of SINGLE and CYCLES are the engines' own."""
+        return {PAIR: self.pair, SIGNED: self.signed}.get(scheme, ())
+
+
+FAMILIES = {
+    "oren_nayar": Family(OrenNayar(1.0), {"oren_nayar": oren_nayar}, (0.0, 0.63), (0.7, 0.98, 0.6)),
+    "fujii": Family(Fujii(1.0), {"fujii": fujii}, (0.74, 1.14), (0.77, 1.0, 0.64, 0.85)),
+    "oren_nayar_1994": Family(
+        OrenNayar1994(1.0),
         {"oren_nayar_1994": oren_nayar_1994, "interreflection": interreflection},
-        pair_lobes(1.07, 0.97),
-        signed_lobes(0.815, 0.965, 0.467, 1.029),
+        (1.07, 0.97),
+        (0.8, 1.01, 0.51, 0.97),
     ),
-    "pits": ({"pits": pits}, pair_lobes(0.0, 2.46), signed_lobes(0.78, 0.774, 0.695, 0.767)),
+    "pits": Family(Pits(), {"pits": pits}, (0.0, 2.46), (0.87, 0.79, 0.74, 0.74)),
 }
 
 
@@ -123,7 +148,7 @@ def unknowns_of(scheme: str, family: str, lobes: int) -> list[tuple[int, int]]:
 
 def fit(scheme: str, family: str, lobes: tuple[Lobe, ...], order: int, views: Sequence[int]) -> Fit:
     """Return the least-squares weights of a family's functions; `order` and `views` [degrees from N] set how finely."""
-    functions = FAMILIES[family][0]
+    functions = FAMILIES[family].functions
     count = len(lobes) or (2 if scheme == SINGLE else 3)
     unknowns = unknowns_of(scheme, family, count)
     size = len(unknowns)
@@ -204,11 +229,34 @@ def transmittance(order: int) -> tuple[float, ...]:
 def fit_all(order: int, views: Sequence[int]) -> dict[str, dict[str, Fit]]:
     """Return the fits by scheme and family."""
     table: dict[str, dict[str, Fit]] = {SINGLE: {}, PAIR: {}, SIGNED: {}, CYCLES: {}}
-    for family, (_, pair, signed) in FAMILIES.items():
-        for scheme, lobes in ((SINGLE, ()), (PAIR, pair), (SIGNED, signed), (CYCLES, ())):
-            if (scheme, family) != (CYCLES, "fujii"):  # Cycles has it
-                table[scheme][family] = fit(scheme, family, lobes, order, views)
+    for key, family in FAMILIES.items():
+        for scheme, fits in table.items():
+            if (scheme, key) != (CYCLES, "fujii"):  # Cycles has it
+                fits[key] = fit(scheme, key, lobes_of(scheme, family.directions(scheme)), order, views)
     return table
+
+
+def search(key: str, scheme: str) -> tuple[float, tuple[float, ...]]:
+    """Return the least lobe error of a family in PAIR or SIGNED, and the directions that give it, by a compass search.
+
+    It starts from those in use, and steps each number by ever less until a step of STEP_END no longer helps.
+    """
+    family = FAMILIES[key]
+
+    def error(directions: tuple[float, ...]) -> float:
+        table = {scheme: {key: fit(scheme, key, lobes_of(scheme, directions), SEARCH_ORDER, VIEWS)}}
+        return lobe_error(Rendered(family.model, scheme, table), family.model)
+
+    best = family.directions(scheme)
+    least, step = error(best), STEP
+    while step > STEP_END:
+        tries = [(*best[:i], best[i] + d, *best[i + 1 :]) for i in range(len(best)) for d in (step, -step)]
+        better = next(((e, directions) for directions in tries if (e := error(directions)) < least - ENOUGH), None)
+        if better:
+            least, best = better
+        else:
+            step /= 2.0
+    return least, best
 
 
 def source(table: dict[str, dict[str, Fit]], passed: tuple[float, ...]) -> str:
@@ -245,9 +293,7 @@ def source(table: dict[str, dict[str, Fit]], passed: tuple[float, ...]) -> str:
 def main() -> int:
     """Run the script; returns the exit status."""
     parser = Parser(prog="fit_lobes.py", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument(
-        "--order", type=int, default=ORDER, metavar="N", help=f"lights: N elevations by N azimuths (default: {ORDER})"
-    )
+    parser.add_argument("--search", action="store_true", help="show the best directions of the lobes instead of fitting weights")
     parser.add_argument("--out", type=Path, default=Path("lobe_table.py"), metavar="FILE", help="default: lobe_table.py")
     options = parser.parse_args(script_arguments())
     if options.out.is_dir():
@@ -256,9 +302,14 @@ def main() -> int:
 
 
 def write(options: Namespace, staging: Staging, terminal: Terminal) -> None:
-    """Fit and write the table."""
-    text = source(fit_all(options.order, VIEWS), transmittance(options.order))
-    staging.write_text(options.out.name, text)
+    """Fit and write the table, or search and show what was found."""
+    if options.search:
+        for key in FAMILIES:
+            for scheme in (PAIR, SIGNED):
+                least, directions = search(key, scheme)
+                terminal.say(f"{key} {scheme}: {100.0 * least:.2f} % with {', '.join(f'{value:.3g}' for value in directions)}")
+        return
+    staging.write_text(options.out.name, source(fit_all(ORDER, VIEWS), transmittance(ORDER)))
     staging.publish()
     terminal.say(f"Wrote {options.out}")
 

@@ -11,6 +11,7 @@ import bpy
 
 import pytest
 import true_diffuse
+from true_diffuse.addon.nodes.lamps import LAMPS
 
 ROOT = Path(__file__).resolve().parent.parent
 SCRIPTS = Path(bpy.utils.system_resource("SCRIPTS"))
@@ -70,6 +71,25 @@ def test_add_group_needs_a_shader_editor() -> None:
     true_diffuse.register()
     try:
         assert not bpy.ops.true_diffuse.add_group.poll()
+    finally:
+        true_diffuse.unregister()
+
+
+def test_choose_lamps_takes_the_selected_lights() -> None:
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    true_diffuse.register()
+    try:
+        assert not bpy.ops.true_diffuse.choose_lamps.poll()  # no light
+        for _ in range(5):
+            bpy.ops.object.light_add(type="POINT")
+        bpy.ops.object.select_all(action="DESELECT")
+        assert not bpy.ops.true_diffuse.choose_lamps.poll()  # too many
+        chosen = bpy.context.object
+        chosen.select_set(True)
+        assert bpy.ops.true_diffuse.choose_lamps() == {"FINISHED"}
+        drivers = LAMPS.ensure().animation_data.drivers
+        followed = {target.id for curve in drivers for variable in curve.driver.variables for target in variable.targets}
+        assert followed == {chosen, chosen.data}
     finally:
         true_diffuse.unregister()
 

@@ -31,6 +31,15 @@ def source(stem: str) -> str:
     return "\n".join((SHADERS / f"{name}.glsl").read_text() for name in (*BEFORE[stem], stem))
 
 
+def triangle() -> gpu.types.GPUBatch:
+    """Return a triangle that covers all of a target, for VERTEX."""
+    layout = gpu.types.GPUVertFormat()
+    layout.attr_add(id="position", comp_type="F32", len=2, fetch_mode="FLOAT")
+    vertices = gpu.types.GPUVertBuf(layout, 3)
+    vertices.attr_fill("position", [(-1.0, -1.0), (3.0, -1.0), (-1.0, 3.0)])
+    return gpu.types.GPUBatch(type="TRIS", buf=vertices)
+
+
 def evaluate(stem: str, call: str, rows: Sequence[tuple[Sequence[float], ...]]) -> list[tuple[float, float, float]]:
     """Return what the GLSL expression `call`, a vec3, gives for each of `rows`: its vec4s are called a, b, c and d there.
 
@@ -51,10 +60,6 @@ def evaluate(stem: str, call: str, rows: Sequence[tuple[Sequence[float], ...]]) 
     info.vertex_source(VERTEX)
     info.fragment_source(f"{source(stem)}\nvoid main() {{ {fetches} result = vec4({call}, 1.0); }}")
     shader = gpu.shader.create_from_info(info)
-    triangle = gpu.types.GPUVertFormat()
-    triangle.attr_add(id="position", comp_type="F32", len=2, fetch_mode="FLOAT")
-    vertices = gpu.types.GPUVertBuf(triangle, 3)
-    vertices.attr_fill("position", [(-1.0, -1.0), (3.0, -1.0), (-1.0, 3.0)])
     target = gpu.types.GPUOffScreen(width, height, format="RGBA32F")
     with target.bind():
         shader.bind()
@@ -65,7 +70,7 @@ def evaluate(stem: str, call: str, rows: Sequence[tuple[Sequence[float], ...]]) 
             data = gpu.types.Buffer("FLOAT", len(padded), padded)
             textures.append(gpu.types.GPUTexture((width, height), format="RGBA32F", data=data))
             shader.uniform_sampler(f"input_{name}", textures[-1])
-        gpu.types.GPUBatch(type="TRIS", buf=vertices).draw(shader)
+        triangle().draw(shader)
         pixels = gpu.state.active_framebuffer_get().read_color(0, 0, width, height, 4, 0, "FLOAT").to_list()
     target.free()
     return [(red, green, blue) for line in pixels for red, green, blue, _ in line][: len(rows)]

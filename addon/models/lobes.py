@@ -22,14 +22,14 @@ c(mu) max(0, d.L) around directions d that move with mu; `lobe_table.py` has the
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from .cycles_diffuse import CyclesDiffuse
 from .eon import Eon, fujii_average_albedo, fujii_directional_albedo
 from .fujii import K1, Fujii
 from .geometry import clamp
-from .lobe import CYCLES, PAIR, SIGNED, SINGLE, eevee_horizon, lobe_values
+from .lobe import CYCLES, PAIR, SIGNED, SINGLE, Fit, eevee_horizon, lobe_values
 from .lobe_table import TABLE, TRANSMITTANCE
 from .oren_nayar import OrenNayar
 from .oren_nayar_1994 import OrenNayar1994
@@ -94,6 +94,7 @@ class Rendered:
 
     model: Model
     scheme: str
+    table: Mapping[str, Mapping[str, Fit]] = field(default_factory=lambda: TABLE, repr=False)
 
     def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
         """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; in EEVEE also from just below the horizon."""
@@ -110,7 +111,7 @@ class Rendered:
         family = next(iter(functions), None)
         if family is None:
             return rho / math.pi * facing * max(0.0, z)
-        lobes, table = TABLE[self.scheme][family]
+        lobes, table = self.table[self.scheme][family]
         weights = [sum(w * table[name][k].at(mu) for name, w in functions.items()) for k in range(len(next(iter(table.values()))))]
         values = lobe_values(self.scheme, lobes, x, y, z, mu)
         total = sum(weight * value for weight, value in zip(weights, values, strict=True))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..osl import compile_osl
+from ..osl import compile_osl, compiles_osl
 
 STAMP = "true_diffuse"  # custom property that marks a tree as ours: "key/version"
 # Layout in the node editor's units: the width of a column, and what a node and each of its input sockets take of its height.
@@ -276,7 +276,12 @@ class Graph:
         return self.per_scene("In EEVEE", "1 if engine == 0 else 0", engine="render.engine")
 
     def in_cycles(self, osl: bool) -> Value:
-        """Return 1 where the scene's render engine is another (Cycles) and its Open Shading Language is on or off, else 0."""
+        """Return 1 where the scene's render engine is another (Cycles) and its Open Shading Language is on or off, else 0.
+
+        It counts as off where this Blender cannot compile it.
+        """
+        if not compiles_osl():
+            return self.per_scene("In Cycles", "0" if osl else "1 if engine else 0", engine="render.engine")
         label, test = ("In Cycles, OSL", "osl") if osl else ("In Cycles", "not osl")
         return self.per_scene(label, f"1 if engine and {test} else 0", engine="render.engine", osl="cycles.shading_system")
 
@@ -390,10 +395,10 @@ class Graph:
 
         Cycles without Open Shading Language and EEVEE take it for no closure at all.
         """
-        node = self.add("ShaderNodeScript", label=stem)
-        if not compile_osl(node, stem):
-            self.tree.nodes.remove(node)
+        if not compiles_osl():
             return ()
+        node = self.add("ShaderNodeScript", label=stem)
+        compile_osl(node, stem)
         for name, value in inputs.items():
             self.link(value, node.inputs[name])
         return (Value(self, node.outputs[0]),)

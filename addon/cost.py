@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the rough models cost: operations and time of equation (1) in GLSL, and render time against Blender's own Diffuse BSDF."""
+
+import re
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from statistics import median
+
+import bpy
+
+import gpu
+
+from ..scenes.sphere import SphereUnderSun
+from . import materials
+from .comparison import Progress, Record
+from .engines import CYCLES, EEVEE, Engine
+from .measure.glsl import VERTEX, source, triangle
+from .nodes import ROUGH_DIFFUSE, lamps
+
+# What one operator or function stands for; a dot product of three components is three products and two sums.
+OPERATIONS = {"+": 1, "-": 1, "*": 1, "/": 1, "?": 1, "max": 1, "min": 1, "sqrt": 1, "dot": 5}
+SIZE, EVALUATIONS = 256, 200  # pixels each way, and evaluations in each
+ROUNDS = 9
+SIGMA = 0.33
+FRAME = 256  # pixels across the sphere
+SAMPLES = {EEVEE: 16, CYCLES: 64}
+
+COSINES = "float l_dot_n = dot(n, l); float e_dot_n = dot(n, e);"
+COEFFICIENTS = "float s2 = sigma * sigma; a = 1.0 - 0.5 * s2 / (s2 + 0.33); b = 0.45 * s2 / (s2 + 0.09);"
+SHARE = "float share = min(1.0, l_dot_n / e_dot_n);"
+S = "float s = dot(e, l) - e_dot_n * l_dot_n;"
+RESULT = "return rho_over_pi * (a * l_dot_n + b * max(0.0, s) * share);"
+
+
+@dataclass(frozen=True)
+class Form:
+    """A way to write one reflection: the body of a GLSL function of n, l, e, sigma, a, b and rho_over_pi."""
+
+    name: str
+    body: str
+
+    def operations(self) -> int:
+        """Return the arithmetic operations of one evaluation."""
+        tokens = re.findall(r"[A-Za-z_]\w*|\d+\.\d+|[-+*/?]", self.body)
+        return sum(OPERATIONS.get(token, 0) for token in tokens)
+
+
+FORMS = (
+    Form("Lambert", "return rho_over_pi * dot(n, l);"),
+    Form(
+        "equation (1) as printed (with the right minimum)",
+        COSINES + COEFFICIENTS + "float root = sqrt((1.0 - l_dot_n * l_dot_n) * (1.0 - e_dot_n * e_dot_n));"
+        "float s = (dot(e, l) - e_dot_n * l_dot_n) / root;"
+        + SHARE
+        + "return rho_over_pi * (a * l_dot_n + b * root * max(0.0, s) * share);",
+    ),
+    Form("simplified: the roots cancel", COSINES + COEFFICIENTS + S + SHARE + RESULT),
+    Form("simplified, A and B ahead", COSINES + S + SHARE + RESULT),
+)
+
+
+def forms(progress: Progress) -> Iterator[Record]:
+    """Yield a record for each form: operations, and nanoseconds of one evaluation on the graphics driver, measured in turns.
+
+    What an empty loop takes is subtracted. The last record is shaders/oren_nayar.glsl, whose dot products have twice the digits and
+    which takes any input. All together are one unit of work to `progress`.
+    """
+    safe = Form("shaders/oren_nayar.glsl", "return rho_over_pi * oren_nayar_radiance(n, l, e, vec3(1.0), vec2(a, b)).x;")
+    empty = Form("empty", "return n.x;")
+    with progress.step("GLSL  equation (1)", 1.0):
+        drawn = {form: _draw(form) for form in (empty, *FORMS, safe)}
+        seconds: dict[Form, list[float]] = {form: [] for form in drawn}
+        for _ in range(ROUNDS):
+            for form, draw in drawn.items():
+                start = time.perf_counter()
+                draw()
+                seconds[form].append(time.perf_counter() - start)
+    loop = median(seconds[empty])
+    for form in (*FORMS, safe):
+        spent = (median(seconds[form]) - loop) / (SIZE * SIZE * EVALUATIONS)
+        yield {
+            "home": "glsl",
+            "form": form.name,
+            "operations": None if form is safe else form.operations(),
+            "nanoseconds": 1e9 * spent,
+        }
+
+
+def _draw(form: Form) -> Callable[[], None]:
+    """Return a function that draws a picture whose every pixel evaluates `form` many times, and waits for it."""
+    if bpy.app.background:
+        gpu.init()
+    info = gpu.types.GPUShaderCreateInfo()
+    info.vertex_in(0, "VEC2", "position")
+    info.fragment_out(0, "VEC4", "result")
+    info.push_constant("FLOAT", "roughness")
+    info.vertex_source(VERTEX)
+    arguments = "vec3 n, vec3 l, vec3 e, float sigma, float a, float b, float rho_over_pi"
+    info.fragment_source(f"""{source("oren_nayar")}
+float form({arguments}) {{ {form.body} }}
+void main() {{
+    vec3 l = vec3(gl_FragCoord.xy / {float(2 * SIZE)}, 0.5);
+    float sum = 0.0;
+    for (int k = 0; k < {EVALUATIONS}; k++) {{
+        float turn = float(k) * 1e-3;
+        sum += form(vec3(turn, 0.0, 1.0), l * (1.0 - turn * turn), vec3(0.3, turn, 0.7), roughness + turn, roughness, turn, 0.3);
+    }}
+    result = vec4(sum + roughness);
+}}""")
+    shader = gpu.shader.create_from_info(info)
+    batch = triangle()
+    target = gpu.types.GPUOffScreen(SIZE, SIZE, format="RGBA32F")
+
+    def draw() -> None:
+        with target.bind():
+            shader.bind()
+            shader.uniform_float("roughness", SIGMA)
+            batch.draw(shader)
+            gpu.state.active_framebuffer_get().read_color(0, 0, 1, 1, 4, 0, "FLOAT")
+
+    draw()
+    return draw
+
+
+@dataclass(frozen=True)
+class Look:
+    """A material of the group, and where it is timed."""
+
+    engine: Engine
+    mode: str
+    model: str
+    osl: bool = False
+
+
+LOOKS = (
+    *(Look(EEVEE, mode, "Oren-Nayar") for mode in ("Single", "Lobes", "Signed", "Lamps")),
+    Look(EEVEE, "Lobes", "Cycles Diffuse"),
+    *(Look(CYCLES, "Lobes", model) for model in ("Oren-Nayar", "Fujii", "EON", "Cycles Diffuse")),
+    Look(CYCLES, "Lamps", "Oren-Nayar"),
+    Look(CYCLES, "Lobes", "Oren-Nayar", osl=True),
+)
+
+
+def groups(sphere: SphereUnderSun, used: Sequence[Engine], progress: Progress) -> Iterator[Record]:
+    """Yield a record for each look: its render time and that of Blender's own Diffuse BSDF of the same roughness, in turns.
+
+    Shaders are compiled before the first of ROUNDS. Each look, with shadows or without, is one unit of work to `progress`.
+    """
+    lamps.choose([sphere.sun])
+    own, node = materials.create_plain("Diffuse BSDF")
+    node.inputs["Roughness"].default_value = SIGMA
+    for look in LOOKS:
+        if look.engine not in used:
+            continue
+        sphere.scene.cycles.shading_system = look.osl
+        material = materials.create(look.mode, ROUGH_DIFFUSE, Model=look.model, Mode=look.mode, Roughness=SIGMA)
+        for shadows in (False, True):
+            with progress.step(f"{look.engine.label}  {look.mode}  {look.model}", 1.0):
+                seconds: dict[bpy.types.Material, list[float]] = {own: [], material: []}
+                for turn in range(-1, ROUNDS):
+                    for shown, times in seconds.items():
+                        taken, _ = sphere.radiance(shown, [sphere.sun], None, look.engine, SAMPLES[look.engine], shadows)
+                        if turn >= 0:
+                            times.append(taken)
+            yield {
+                "home": "osl" if look.osl else "nodes",
+                "engine": look.engine.key,
+                "mode": look.mode,
+                "model": look.model,
+                "shadows": shadows,
+                "render_seconds": median(seconds[material]),
+                "own_seconds": median(seconds[own]),
+                "ratio": median(mine / theirs for mine, theirs in zip(seconds[material], seconds[own], strict=True)),
+            }
+
+
+def work(used: Sequence[Engine]) -> int:
+    """Return how many units of work `forms` and `groups` have."""
+    return (EEVEE in used) + 2 * sum(look.engine in used for look in LOOKS)
+
+
+def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return columns and rows for people."""
+    rows = []
+    for record in records:
+        if "form" in record:
+            operations = "-" if record["operations"] is None else str(record["operations"])
+            rows.append(("GLSL", record["form"], operations, f"{record['nanoseconds']:.2f} ns", ""))
+        else:
+            what = f"{record['mode']}, {record['model']}{', OSL' if record['home'] == 'osl' else ''}"
+            shadows = "shadows" if record["shadows"] else "no shadows"
+            rows.append((record["engine"], what, shadows, f"{record['render_seconds']:.2f} s", f"{record['ratio']:.2f}"))
+    return ("Where", "What", "Operations or shadows", "Time", "Over Blender's Diffuse"), rows
