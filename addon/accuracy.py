@@ -12,12 +12,14 @@ from ..scenes.sphere import COLOR, SphereUnderSun, sky, three_lights
 from . import materials
 from .comparison import Progress, Record, known
 from .engines import CYCLES, EEVEE, Engine
+from .measure import osl
 from .measure.lobe_error import lobe_error
 from .models import CyclesDiffuse, Eon, Fujii, Lambert, Model, OrenNayar, OrenNayar1994, Pits, Wolff
 from .models.lobe import CYCLES as CYCLES_LOBES
 from .models.lobe import PAIR, SIGNED, SINGLE
 from .models.lobes import Rendered
 from .nodes import ROUGH_DIFFUSE, lamps
+from .osl import compiles_osl
 
 SIGMAS = (0.2, 0.33, 1.0)
 LIGHT_DEGREES = (0.0, 30.0, 60.0, 90.0, 120.0)  # between light and viewer
@@ -25,6 +27,7 @@ QUICK_SIGMAS = (0.33,)
 QUICK_LIGHT_DEGREES = (0.0, 60.0, 120.0)
 OTHER_SIGMAS = (0.33, 1.0)  # for the models beside the paper's own
 ENGINES_SAMPLES = 16  # of EEVEE where it is held against Cycles: its area lamps are noisy
+OSL_WORK = 20.0  # the measured lobe errors take as long as so many records
 SKY = ((0.35, 0.3, 0.25), (0.4, 0.6, 1.0), 0.5)
 
 
@@ -35,6 +38,11 @@ class Law:
     name: str
     make: Callable[[float], Model]
     rough: bool = True
+
+    @property
+    def stem(self) -> str:
+        """Its name in shaders."""
+        return self.name.lower().replace("-", "_").replace(" ", "_")
 
 
 PAPER = Law("Oren-Nayar", OrenNayar)
@@ -51,7 +59,10 @@ OTHERS = (
 
 @dataclass(frozen=True)
 class Way:
-    """One way to render a model; `scheme` names the formula of its lobes, from which the lobe error follows."""
+    """One way to render a model; `scheme` names the formula of its lobes, from which the lobe error follows.
+
+    OSL's is measured.
+    """
 
     home: str
     engine: Engine
@@ -90,14 +101,15 @@ class Case:
 def cases(used: Sequence[Engine], quick: bool) -> list[Case]:
     """Return what to measure with the engines `used`: the paper's model first, as Lambert too, then the others."""
     result = []
+    ways = [way for way in WAYS if compiles_osl() or not way.osl]
     for engine in used:
         plain = Way("nodes", engine, "Lobes", None)
         result += [Case(plain, PAPER, sigma, LAMBERT) for sigma in (QUICK_SIGMAS if quick else SIGMAS)]
-        for way in WAYS:
+        for way in ways:
             if way.engine is engine:
                 result += [Case(way, PAPER, sigma) for sigma in (QUICK_SIGMAS if quick else SIGMAS)]
         for law in () if quick else OTHERS:
-            for way in WAYS:
+            for way in ways:
                 if way.engine is engine:
                     result += [Case(way, law, sigma) for sigma in (OTHER_SIGMAS if law.rough else OTHER_SIGMAS[:1])]
     return result
@@ -106,14 +118,16 @@ def cases(used: Sequence[Engine], quick: bool) -> list[Case]:
 def rough(sphere: SphereUnderSun, used: Sequence[Engine], samples: int, quick: bool, progress: Progress) -> Iterator[Record]:
     """Yield a record for each case and angle of the light: the sphere's RMS error and the lobe error, as shares of 1.
 
-    Each is one unit of work to `progress`. The lobe error is None where the lobes have no formula here.
+    The work is `rough_work` to `progress`. The lobe error is None where the light is what decides.
     """
     lamps.choose([sphere.sun])
-    for case in cases(used, quick):
+    every = cases(used, quick)
+    measured = _osl_lobe_errors(every, progress)
+    for case in every:
         way, model = case.way, case.law.make(case.sigma)
         sphere.scene.cycles.shading_system = way.osl
         rendered = Lambert() if case.shown else Rendered(model, way.scheme) if way.scheme else None
-        error_of_lobes = lobe_error(rendered, model) if rendered else None
+        error_of_lobes = lobe_error(rendered, model) if rendered else measured.get(case)
         material = _material(case.shown or case.law, way.mode, case.sigma)
         for angle in _degrees(quick):
             with progress.step(f"{case.name}  {angle:g} degrees", 1.0):
@@ -132,9 +146,20 @@ def rough(sphere: SphereUnderSun, used: Sequence[Engine], samples: int, quick: b
             }
 
 
-def rough_work(used: Sequence[Engine], quick: bool) -> int:
-    """Return how many records `rough` will give."""
-    return len(cases(used, quick)) * len(_degrees(quick))
+def rough_work(used: Sequence[Engine], quick: bool) -> float:
+    """Return how many units of work `rough` has: one for each record, and OSL's lobe errors."""
+    every = cases(used, quick)
+    return len(every) * len(_degrees(quick)) + OSL_WORK * any(case.way.osl for case in every)
+
+
+def _osl_lobe_errors(every: Sequence[Case], progress: Progress) -> dict[Case, float]:
+    """Return the lobe errors of those cases that OSL renders."""
+    chosen = [case for case in every if case.way.osl]
+    if not chosen:
+        return {}
+    with progress.step("Cycles  osl  lobe errors", OSL_WORK):
+        shown = [osl.Shown(case.law.stem, case.law.make(case.sigma), case.sigma) for case in chosen]
+        return dict(zip(chosen, osl.lobe_errors(shown), strict=True))
 
 
 def between_engines(sphere: SphereUnderSun, progress: Progress) -> Iterator[Record]:

@@ -2,39 +2,33 @@
 """Materials made of True Diffuse groups."""
 
 from collections.abc import Mapping
-from pathlib import Path
 
 import bpy
 
 from .nodes import Group
+from .osl import compile_osl
 
 type Setting = float | str | tuple[float, ...]
-SHADERS = Path(__file__).resolve().parent.parent / "shaders"
+THICK = 100.0  # m; EEVEE corrects it by what shadows say, but not below a thousandth of it
+LETS_LIGHT_THROUGH = {"SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT", "BSDF_REFRACTION", "BSDF_GLASS", "BSDF_PRINCIPLED"}
 
 
 def create(name: str, group: Group, **inputs: Setting) -> bpy.types.Material:
     """Return a new material whose surface is `group`, its sockets set to `inputs` (by socket name; the rest at their defaults)."""
     material = _blank(name)
     _show(material, add_group(material.node_tree, group), inputs)
+    thicken(material.node_tree)
     return material
 
 
 def create_osl(name: str, stem: str, **inputs: Setting) -> bpy.types.Material:
     """Return a new material whose surface is the OSL shader shaders/STEM.osl, for Cycles scenes with Open Shading Language on.
 
-    The shader's text is kept in the .blend file; nothing is written beside the source. Raises RuntimeError with the
-    compiler's words where it does not compile.
+    Raises RuntimeError with the compiler's words where it does not compile.
     """
-    bpy.utils.expose_bundled_modules()
-    import OpenImageIO  # noqa: F401 - Blender's OSL query needs it loaded first
-    from cycles import osl
-
     material = _blank(name)
     node = material.node_tree.nodes.new("ShaderNodeScript")
-    node.script = bpy.data.texts.get(f"{stem}.osl") or bpy.data.texts.load(str(SHADERS / f"{stem}.osl"), internal=True)
-    messages: list[str] = []
-    if not osl.update_script_node(node, lambda _kind, text: messages.append(text)):
-        raise RuntimeError("; ".join(messages))
+    compile_osl(node, stem)
     _show(material, node, inputs)
     return material
 
@@ -54,6 +48,21 @@ def add_group(tree: bpy.types.ShaderNodeTree, group: Group) -> bpy.types.Node:
     node.name = group.name
     node.width = 220.0
     return node
+
+
+def thicken(tree: bpy.types.ShaderNodeTree) -> None:
+    """Let EEVEE take the surface of the material tree `tree` for thick, if nothing says how thick it is and nothing else asks.
+
+    The groups' Subsurface closure scatters nothing, but EEVEE keeps its radius in steps of 2 mm and rounds it up in half of the
+    pixels. Then light from behind comes through meshes that are less than two steps across.
+    """
+    output = tree.get_output_node("EEVEE")
+    if output is None or output.inputs["Thickness"].is_linked or any(node.type in LETS_LIGHT_THROUGH for node in tree.nodes):
+        return
+    thick = tree.nodes.new("ShaderNodeValue")
+    thick.label, thick.location = "Thick: Keeps Light Out", (output.location.x - 300.0, output.location.y - 250.0)
+    thick.outputs[0].default_value = THICK
+    tree.links.new(thick.outputs[0], output.inputs["Thickness"])
 
 
 def _blank(name: str) -> bpy.types.Material:

@@ -141,12 +141,13 @@ def work() -> int:
 
 
 def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return columns and rows for people: one for each record."""
-    columns = ("Model", "Case", "Inputs", "Worst relative", "Worst absolute", "As asked", "Conditioned", "Sound")
+    """Return columns and rows for people: one for each record, with its largest errors."""
+    columns = ("Model", "Case", "Home", "Inputs", "Relative", "Absolute", "As asked", "Due to input", "Sound")
     rows: list[tuple[str, ...]] = [
         (
-            record["model"],
+            record["model"].replace("_", " "),  # so that a narrow terminal can break it
             record["case"],
+            record["home"],
             str(record["count"]),
             f"{float(record['relative_error']):.1e}",
             f"{float(record['absolute_error']):.1e}",

@@ -9,6 +9,7 @@ from argparse import Namespace
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -52,21 +53,29 @@ def engines(_options: Namespace, engines: list["Engine"], terminal: Terminal) ->
 
 
 def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
-    """Hold GLSL in 32-bit floats against its formula in 50 digits, on random and on extreme inputs."""
+    """Hold GLSL and OSL in 32-bit floats against their formulas in 50 digits, on random and on extreme inputs."""
     try:
         import referee
     except ImportError as error:
         raise BadInput(f"the formulas in all digits need a package that is not installed: {error}") from error
     from true_diffuse.addon import stability
-    from true_diffuse.addon.engines import EEVEE
+    from true_diffuse.addon.engines import CYCLES, EEVEE
+    from true_diffuse.addon.measure import osl
+    from true_diffuse.addon.osl import compiles_osl
 
-    if EEVEE not in engines:
-        raise BadInput("GLSL needs a graphics driver")
+    homes: list[tuple[str, ModuleType]] = [("GLSL", stability)] if EEVEE in engines else []
+    if CYCLES in engines and compiles_osl():
+        homes.append(("OSL", osl))
+    if not homes:
+        raise BadInput("GLSL needs EEVEE's graphics driver, OSL a Cycles that compiles it")
     quick = partial(referee.radiance, context=referee.DOUBLE)
-    count = stability.COUNT // 10 if options.quick else stability.COUNT
-    with terminal.progress(stability.work()) as progress:
-        records = list(stability.stability(referee.radiance, quick, count, progress))
-    terminal.table("GLSL in 32-bit floats", *stability.table(records))
+    records = []
+    for name, home in homes:
+        count = home.COUNT // 10 if options.quick else home.COUNT
+        with terminal.progress(home.work()) as progress:
+            found = list(home.stability(referee.radiance, quick, count, progress))
+        terminal.table(f"{name} in 32-bit floats: the largest errors", *stability.table(found))
+        records += found
     return records
 
 

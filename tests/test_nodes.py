@@ -2,12 +2,14 @@
 """The node groups: built once, as described, and equal to the formulas of their lobes when rendered."""
 
 import math
+from pathlib import Path
 
 import bpy
 
 import pytest
 from mathutils import Vector
 from true_diffuse.addon import engines, materials
+from true_diffuse.addon.measure import render
 from true_diffuse.addon.models import (
     CyclesDiffuse,
     Eon,
@@ -107,6 +109,27 @@ def test_menus_list_all_models_and_modes() -> None:
     assert entries == {tuple(MODELS), ("Lobes", "Single", "Signed", "Lamps")}
     assert all(item.description for node in switches for item in node.enum_items)
     assert [kind.name for kind in KINDS] == list(MODELS)
+
+
+def test_osl_shader_has_the_sockets_of_the_group(tmp_path: Path) -> None:
+    tree = ROUGH_DIFFUSE.ensure()
+    script = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeScript")
+    bytecode = tmp_path / "rough_diffuse.oso"
+    bytecode.write_text(script.bytecode)
+    render.openimageio()  # the query needs it loaded first
+    import oslquery
+
+    shader = {parameter.name: parameter for parameter in oslquery.OSLQuery(str(bytecode)).parameters}
+    group = {item.name: item for item in tree.interface.items_tree if item.in_out == "INPUT"}
+    assert set(shader) - {"BSDF"} == set(group) - {"Mode"}  # a mode is how to do without OSL
+    for name in ("Roughness", "IOR"):
+        limits = {item.name: item.value for item in shader[name].metadata}
+        ours = (group[name].default_value, group[name].min_value, group[name].max_value)
+        assert (shader[name].value, limits["min"], limits["max"]) == pytest.approx(ours, rel=1e-6)  # both in 32-bit floats
+    assert tuple(shader["Color"].value) == pytest.approx(tuple(group["Color"].default_value)[:3], rel=1e-6)
+    options = next(item.value for item in shader["Model"].metadata if item.name == "options")
+    assert [option.split(":")[0] for option in options.split("|")] == list(MODELS)
+    assert list(MODELS)[shader["Model"].value] == group["Model"].default_value
 
 
 @pytest.mark.render

@@ -16,28 +16,36 @@ from array import array
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import TYPE_CHECKING
 
 import bpy
 
 from mathutils import Vector as BlenderVector
 
 from .. import engines, materials
-from ..models.vector import Vector, add, dot, normalize, scale
+from ..models import Model
+from ..models.quadrature import gauss_legendre
+from ..models.vector import Vector, add, dot, from_polar, normalize, scale
 from . import render
+from .lobe_error import VIEWS
+
+if TYPE_CHECKING:
+    from ..comparison import Progress, Record
 
 MODELS = ("lambert", "oren_nayar", "fujii", "eon", "cycles_diffuse", "oren_nayar_1994", "wolff", "pits")  # as Model counts them
 EXACT = ("lambert", "oren_nayar", "fujii", "eon", "cycles_diffuse")  # Oren-Nayar where s >= 0
 VIEWER: Vector = (0.0, 0.0, 1.0)
 RELATIVE, FLOOR, ABSOLUTE = 2e-5, 1e-4, 1e-6
-EXAMINED = 100  # of the inputs outside what is asked, so many are looked at in detail
+EXAMINED = 100  # of the random inputs, so many of the worst, and as many others, are worked out in all digits
 COUNT, SUNS = 100_000, 12
+RENDER_WORK = 8  # as long as so many models take
 # Where N has a cosine below STEEP to light or viewer, the mesh faces both halfway: Cycles lights no surface from behind.
 STEEP = 0.02
+LOBE_SUNS, LOBE_AZIMUTHS = 24, 96  # for `lobe_errors`: about 2000 lights for each view
 SMALLEST = 4  # pixels, the least that Blender renders
 HALF = 0.45  # of a pixel: how far each triangle reaches
 
 type Referee = Callable[[str, Vector, Vector, Vector, float, Sequence[float]], float]
-type Record = dict[str, object]
 
 
 @dataclass(frozen=True)
@@ -52,7 +60,8 @@ class Sun:
 class Inputs:
     """What one pixel shows: `model` of MODELS with all of the shader's parameters, each a 32-bit float.
 
-    `normal` is the shader's Normal, `n` the normal of the mesh if that must differ, as where Normal has no direction.
+    `normal` is the shader's Normal, `n` the normal of the mesh if that must differ, as where Normal has no direction. A mesh that
+    `turns` where N is steep goes without Cycles' shadowing of the ramps.
     """
 
     model: str
@@ -62,6 +71,7 @@ class Inputs:
     roughness: float = 0.33
     ior: float = 1.5
     n: Vector | None = None
+    turns: bool = True
 
     @property
     def shape(self) -> tuple[float, ...]:
@@ -75,7 +85,7 @@ class Inputs:
     def surface(self) -> tuple[Vector, bool]:
         """Return the unit normal of the mesh, and whether it is not N but faces light and viewer, as N hardly does."""
         n, l = normalize(self.n or self.normal), normalize(self.sun.towards)
-        if min(dot(n, l), dot(n, VIEWER)) > STEEP:
+        if not self.turns or min(dot(n, l), dot(n, VIEWER)) > STEEP:
             return n, False
         half = add(l, VIEWER)
         return normalize(half if math.hypot(*half) > 0.1 * STEEP else add(n, scale(VIEWER, STEEP))), True
@@ -135,7 +145,7 @@ def _render(sun: Sun, inputs: Sequence[Inputs], pair: Sequence[bpy.types.Materia
     width = max(SMALLEST, math.ceil(math.sqrt(len(inputs))))
     height = max(SMALLEST, math.ceil(len(inputs) / width))
     mesh = _mesh([*inputs, *[inputs[-1]] * (width * height - len(inputs))], width)
-    for material in pair:
+    for material in pair if any(one.turns for one in inputs) else pair[:1]:  # each takes Cycles as long as the picture
         mesh.materials.append(material)
     subject = bpy.data.objects.new("OSL Measurement", mesh)
     light = bpy.data.lights.new("OSL Measurement", "SUN")
@@ -195,58 +205,152 @@ def _mesh(inputs: Sequence[Inputs], width: int) -> bpy.types.Mesh:
     return mesh
 
 
-def stability(exact: Referee, count: int = COUNT) -> Iterator[Record]:
+@dataclass(frozen=True)
+class Shown:
+    """A model of MODELS as the shader has it, to be held against the formula `exact`."""
+
+    model: str
+    exact: Model
+    roughness: float = 0.33
+    ior: float = 1.5
+    albedo: float = 1.0
+
+
+def lobe_error(model: str, exact: Model, roughness: float = 0.33, ior: float = 1.5, albedo: float = 1.0) -> float:
+    """Return how far the shader's `model` is from `exact` over all lights and views, as `lobe_error.lobe_error` has it."""
+    return lobe_errors([Shown(model, exact, roughness, ior, albedo)])[0]
+
+
+def lobe_errors(cases: Sequence[Shown]) -> list[float]:
+    """Return the lobe error of each case, from the same few renders.
+
+    With the viewer as the pole, L is a sun's angle from it and the azimuth between the two: the suns lie where Gauss' rule has
+    them, and N is turned through the azimuths at which each is above the surface.
+    """
+    rule = gauss_legendre(LOBE_SUNS)
+    lamps = suns([from_polar(cosine, 0.0) for cosine, _ in rule])
+    inputs: list[Inputs] = []
+    places = []  # case, view and share of the solid angle of each input
+    for view in VIEWS:
+        mu = math.cos(math.radians(view))
+        for lamp, (cosine, weight) in zip(lamps, rule, strict=True):
+            # N.L = 0 at the azimuth whose cosine this is
+            end = -mu * cosine / math.sqrt((1.0 - mu * mu) * (1.0 - cosine * cosine))
+            reach = math.acos(max(-1.0, min(1.0, end)))
+            for k in range(LOBE_AZIMUTHS if reach > 0.0 else 0):
+                n = _vector(from_polar(mu, reach * (k + 0.5) / LOBE_AZIMUTHS))
+                for index, case in enumerate(cases):
+                    inputs.append(Inputs(case.model, lamp, n, case.albedo, case.roughness, case.ior, turns=False))
+                    places.append((index, view, weight * reach))
+    squares = {(index, view): [0.0, 0.0] for index in range(len(cases)) for view in VIEWS}  # of the error and of the formula
+    for one, (index, view, share), (value, _, _) in zip(inputs, places, evaluate(inputs), strict=True):
+        expected = cases[index].exact.radiance(one.normal, one.sun.towards, VIEWER, one.albedo)
+        squares[index, view][0] += share * (value - expected) ** 2
+        squares[index, view][1] += share * expected * expected
+    ratios = {key: math.sqrt(error / whole) for key, (error, whole) in squares.items()}
+    return [sum(ratios[index, view] for view in VIEWS) / len(VIEWS) for index in range(len(cases))]
+
+
+def stability(exact: Referee, quick: Referee, count: int, progress: "Progress") -> "Iterator[Record]":
     """Yield a record for each model and family of cases: its worst input, and how many inputs do as asked.
 
-    `exact` gives a formula's value in at least 64-bit floats. All random inputs are of EXACT, `count` of each, and of Wolff's
-    model, whose error is that of its ramp; the other families are of all models, of which those not in EXACT are only asked to
-    be sound.
+    `exact` gives a formula's value in all digits, `quick` in 64-bit floats. Every random input is held against `quick`, the worst
+    of them and all other inputs against `exact`; `screen_error` is how far the two are apart at most, as a multiple of the error
+    allowed. All random inputs are of EXACT, `count` of each, and of Wolff's model, whose error is that of its ramp; the other
+    families are of all models, of which those not in EXACT are only asked to be sound. The work is `work` to `progress`.
     """
-    families = _cases(count)
-    got = iter(evaluate([one for family in families.values() for one in family]))
-    largest: dict[str, float] = {}
-    for (model, case), family in families.items():
-        results = [(one, next(got), float(exact(model, *one.arguments()))) for one in family]
+    with progress.step("OSL", RENDER_WORK):
+        families = _cases(count)
+        got = iter(evaluate([one for family in families.values() for one in family]))
+    for model in MODELS:
+        with progress.step(f"OSL  {model}", 1.0):
+            records = _records(model, {case: family for (of, case), family in families.items() if of == model}, got, exact, quick)
+        yield from records
+
+
+def work() -> int:
+    """Return how many units of work `stability` has."""
+    return RENDER_WORK + len(MODELS)
+
+
+@dataclass(frozen=True)
+class Result:
+    """The shader's value for `inputs` and the formula's; `allowed` is the error that is asked for."""
+
+    inputs: Inputs
+    got: tuple[float, float, float]
+    expected: float
+    allowed: float
+
+    @property
+    def error(self) -> float:
+        """The largest deviation of a channel; infinite if one is not finite."""
+        return max(abs(value - self.expected) if math.isfinite(value) else math.inf for value in self.got)
+
+    @property
+    def excess(self) -> float:
+        """The error as a multiple of what is asked for."""
+        return self.error / self.allowed
+
+
+def _records(
+    model: str,
+    families: dict[str, list[Inputs]],
+    got: Iterator[tuple[float, float, float]],
+    exact: Referee,
+    quick: Referee,
+) -> "list[Record]":
+    screened = [float(quick(model, *one.arguments())) for one in families.get("random", ())]
+    largest = max(screened, default=1.0 / math.pi)
+
+    def judge(inputs: Inputs, value: tuple[float, float, float], expected: float) -> Result:
+        return Result(inputs, value, expected, RELATIVE * expected if expected > FLOOR * largest else ABSOLUTE)
+
+    def truth(inputs: Inputs) -> float:
+        return float(exact(model, *inputs.arguments()))
+
+    records = []
+    for case, family in families.items():
+        screen_error = 0.0
         if case == "random":
-            largest[model] = max(expected for _, _, expected in results)
-        yield _record(model, case, results, largest.get(model, 1.0 / math.pi), exact)
+            values = [next(got) for _ in family]
+            results = sorted(map(judge, family, values, screened), key=lambda result: -result.excess)
+            for k in [*range(min(EXAMINED, len(results))), *range(EXAMINED, len(results), len(results) // EXAMINED + 1)]:
+                corrected = judge(results[k].inputs, results[k].got, truth(results[k].inputs))
+                screen_error = max(screen_error, abs(corrected.expected - results[k].expected) / corrected.allowed)
+                results[k] = corrected
+        else:
+            results = [judge(one, next(got), truth(one)) for one in family]
+        records.append(_record(model, case, results, largest, screen_error, exact))
+    return records
 
 
-type Result = tuple[Inputs, tuple[float, float, float], float]
-
-
-def _record(model: str, case: str, results: Sequence[Result], largest: float, exact: Referee) -> Record:
-    def error(result: Result) -> float:
-        return max(abs(value - result[2]) if math.isfinite(value) else math.inf for value in result[1])
-
-    def allowed(result: Result) -> float:
-        return RELATIVE * result[2] if result[2] > FLOOR * largest else ABSOLUTE
-
-    def uncertainty(result: Result) -> float:
-        return _uncertainty(result[0], result[2], exact)
-
-    ordered = sorted(results, key=lambda result: -error(result) / allowed(result))
-    worst = ordered[0]
-    outside = [result for result in ordered if not error(result) <= allowed(result)]
-    names = ("albedo", *(() if not worst[0].shape else ("ior",) if model == "wolff" else ("roughness",)))
-    n, l, v, albedo, shape = worst[0].arguments()
+def _record(model: str, case: str, results: Sequence[Result], largest: float, screen_error: float, exact: Referee) -> "Record":
+    worst = max(results, key=lambda result: result.excess)
+    outside = sorted((result for result in results if not result.excess <= 1.0), key=lambda result: -result.excess)
+    names = ("albedo", *(() if not worst.inputs.shape else ("ior",) if model == "wolff" else ("roughness",)))
+    n, l, v, albedo, shape = worst.inputs.arguments()
+    relative = max((r.error / r.expected for r in results if r.expected > FLOOR * largest), default=0.0)
+    absolute = max((r.error for r in results if not r.expected > FLOOR * largest), default=0.0)
+    error, relative, absolute = _plain((worst.error, relative, absolute))
     return {
         "home": "osl",
         "model": model,
         "case": case,
         "inputs": {"n": _plain(n), "l": _plain(l), "v": _plain(v)} | dict(zip(names, _plain((albedo, *shape)), strict=True)),
-        "expected": worst[2],
-        "got": _plain(worst[1]),
-        "error": _plain((error(worst),))[0],
-        "allowed": allowed(worst),
-        "uncertainty": uncertainty(worst),
-        "finite": all(0.0 <= value < math.inf for _, rgb, _ in results for value in rgb),
+        "expected": worst.expected,
+        "got": _plain(worst.got),
+        "error": error,
+        "allowed": worst.allowed,
+        "uncertainty": _uncertainty(worst.inputs, worst.expected, exact),
+        "finite": all(0.0 <= value < math.inf for result in results for value in result.got),
         "count": len(results),
-        "relative_error": max((error(r) / r[2] for r in results if r[2] > FLOOR * largest), default=0.0),
-        "absolute_error": max((error(r) for r in results if not r[2] > FLOOR * largest), default=0.0),
+        "relative_error": relative,
+        "absolute_error": absolute,
         "share_within": 1.0 - len(outside) / len(results),
         "outside": len(outside),
-        "conditioned": sum(error(result) <= uncertainty(result) for result in outside[:EXAMINED]),
+        "conditioned": sum(r.error <= _uncertainty(r.inputs, r.expected, exact) for r in outside[:EXAMINED]),
+        "screen_error": screen_error,
     }
 
 
@@ -261,7 +365,7 @@ def _uncertainty(inputs: Inputs, expected: float, exact: Referee) -> float:
             for neighbor in (x - step, x + step):
                 moved = (*numbers[:k], neighbor, *numbers[k + 1 :])
                 vectors = (_vector(moved[start : start + 3]) for start in (0, 3, 6))
-                moves.append(abs(exact(inputs.model, *vectors, moved[9], moved[10:]) - expected))
+                moves.append(abs(float(exact(inputs.model, *vectors, moved[9], moved[10:])) - expected))
             total += max(moves)
     return total
 

@@ -14,6 +14,7 @@ from ..osl import compile_osl, compiles_osl
 STAMP = "true_diffuse"  # custom property that marks a tree as ours: "key/version"
 # Layout in the node editor's units: the width of a column, and what a node and each of its input sockets take of its height.
 COLUMN, NODE_HEIGHT, SOCKET_HEIGHT = 220.0, 130.0, 24.0
+LONGEST = 1e18  # of a vector: its square is still finite in 32-bit floats
 
 type Number = float | Value
 type Operand = Number | tuple[float, ...]
@@ -322,14 +323,17 @@ class Graph:
         return Value(self, node.outputs["Vector"])
 
     def normal(self) -> Value:
-        """Return N at unit length: the group's Normal input, or the surface's own normal where nothing is connected to it."""
+        """Return N at unit length: the group's Normal input, or the surface's own normal where nothing is connected to it.
+
+        So it is where the input is NaN. What is longer than LONGEST counts as that long along each axis.
+        """
         given = self.input(NORMAL)
         is_given = self.math("GREATER_THAN", self.vector_math("LENGTH", given, output="Value"), 0.0)
         choice = self.add("ShaderNodeMix", data_type="VECTOR", factor_mode="UNIFORM")
         factor, own, other = (s for s in choice.inputs if s.enabled)
         self.link(is_given, factor)
         self.link(self.geometry("Normal"), own)
-        self.link(given, other)
+        self.link(self.clamp(given, -LONGEST, LONGEST), other)  # a Mix would let NaN through even at factor 0
         result = next(s for s in choice.outputs if s.enabled)
         return self.vector_math("NORMALIZE", Value(self, result))
 

@@ -1,0 +1,321 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether the node group keeps its energy, holds light back and stays finite: records for the accuracy report.
+
+Furnace and extremes look at a sheet bent along lines, convex and from afar: each column of it stands at one N.V to the camera, each
+row has inputs of its own, which the mesh carries as attributes. So one picture holds every combination.
+"""
+
+import math
+from array import array
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
+
+import bpy
+
+from mathutils import Vector
+
+from ..scenes.sphere import SphereUnderSun, sky
+from . import materials
+from .accuracy import LAMBERT, OTHERS, PAPER, WAYS, Law, Way
+from .comparison import Progress, Record
+from .engines import EEVEE, Engine
+from .measure import render
+from .models import Model, directional_albedo
+from .nodes import ROUGH_DIFFUSE, lamps
+
+LAWS = (LAMBERT, PAPER, *OTHERS)
+QUICK_LAWS = (PAPER, OTHERS[1])
+FURNACE_MUS = (1.0, 0.5, 0.2, 0.05)
+FURNACE_SIGMAS = (0.0, 0.2, 0.33, 1.0)
+FURNACE_ALBEDOS = (1.0, 0.8)
+FURNACE_CELL = 8  # pixels across: their mean is measured
+FURNACE_SAMPLES = {"eevee": 16, "cycles": 1024}  # Cycles' noise of a cell's mean is then some 0.1 %
+EXTREME_MUS = (1.0, 0.5, 0.05, 0.01)
+EXTREME_CELL = 2
+SUNS = (0.0, 60.0, 175.0)  # degrees between sun and viewer: N = L = V in the first column, L next to -V in the last one
+NAN, INF = math.nan, math.inf
+NUMBERS: dict[str, tuple[float, ...]] = {
+    "Roughness": (0.0, 1e-8, 1e-3, math.pi / 2, 1e3, -1.0, INF, NAN),
+    "Color": (0.0, 1.0, 1.5, -1.0, INF, NAN),
+    "IOR": (1.0, 3.0, 0.0, -1.0, INF, NAN),
+}
+NORMALS = (
+    ("length 0", (0.0, 0.0, 0.0)),
+    ("length 1e-20", (0.0, 0.0, 1e-20)),
+    ("length 1e20", (0.0, 0.0, 1e20)),
+    ("length 3e38", (0.0, 0.0, 3e38)),
+    ("away from the viewer", (0.0, 0.0, -1.0)),
+    ("across the view", (1.0, 0.0, 0.0)),
+    ("NaN", (NAN, NAN, NAN)),
+    ("one NaN", (0.0, NAN, 1.0)),
+    ("infinite", (0.0, 0.0, INF)),
+)
+USUAL = {"Roughness": (1.0,) * 3, "Color": (0.8, 0.8, 0.8), "IOR": (1.5,) * 3, "Normal": (0.0, 0.0, 0.0)}
+BEYOND, HUGE, ONE = " beyond", 1e30, (1.0, 1.0, 1.0)  # HUGE squared is infinite in 32-bit floats
+LEAK_COLOR = (0.8, 0.8, 0.8, 1.0)
+LEAK_SIGMA = 1.0
+LEAK_SIZE = 48  # pixels across
+UNLIT = -0.1  # N.L below which nothing may be lit: above it EEVEE fades the light out
+SLABS = (0.001, 0.005)  # m
+LEAK_DEGREES = (120.0, 180.0)
+
+type Inputs = dict[str, tuple[float, float, float]]
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A convex sheet of as many columns as `mus`, seen by an orthographic camera, and a sun of irradiance pi."""
+
+    scene: bpy.types.Scene
+    subject: bpy.types.Object
+    sun: bpy.types.Object
+    columns: int
+    rows: int
+    cell: int
+
+    def cells(
+        self, material: bpy.types.Material, engine: Engine, samples: int, light: "float | bpy.types.World", traced: bool = False
+    ) -> list[list[float]]:
+        """Return the values of all pixels and channels of each cell, row by row.
+
+        `light` is the sun's angle in degrees, or a world; `traced`: with EEVEE's ray tracing.
+        """
+        self.subject.data.materials[0] = material
+        used = () if isinstance(light, bpy.types.World) else (self.sun,)
+        if used:
+            _turn(self.sun, light)
+        with render.measurement_scene(self.scene, self.subject, *used) as scene:
+            if not used:
+                scene.world = light
+            scene.eevee.use_raytracing = traced
+            _, rgb = render.radiance(scene, engine, samples)
+        return [self._cell(rgb, column, row) for row in range(self.rows) for column in range(self.columns)]
+
+    def _cell(self, rgb: array[float], column: int, row: int) -> list[float]:
+        values: list[float] = []
+        width = 3 * self.columns * self.cell
+        for y in range(row * self.cell, (row + 1) * self.cell):
+            start = y * width + 3 * column * self.cell
+            values += rgb[start : start + 3 * self.cell]
+        return values
+
+
+def sheet(mus: Sequence[float], rows: Sequence[Inputs], cell: int) -> Sheet:
+    """Return a sheet whose columns stand at the cosines `mus`, falling, and whose rows have the group's inputs `rows`."""
+    scene = bpy.context.scene
+    columns, count = len(mus), len(rows)
+    slopes = [math.sqrt(1.0 - mu * mu) / mu for mu in mus]
+    heights = [-sum(slopes[:column]) for column in range(columns + 1)]
+    # the first row of the picture is at the top
+    points = [(float(x), -float(y), heights[x]) for y in range(count + 1) for x in range(columns + 1)]
+    line = columns + 1
+    faces = [
+        (y * line + x, (y + 1) * line + x, (y + 1) * line + x + 1, y * line + x + 1) for y in range(count) for x in range(columns)
+    ]
+    mesh = bpy.data.meshes.new("Sheet")
+    mesh.from_pydata(points, [], faces)
+    for name in USUAL:
+        values = [x for row in rows for _ in range(columns) for x in row[name]]
+        for kind, numbers in (("", map(_finite, values)), (BEYOND, (0.0 if math.isfinite(x) else HUGE for x in values))):
+            attribute = mesh.attributes.new(name + kind, "FLOAT_VECTOR", "FACE")
+            attribute.data.foreach_set("vector", list(numbers))
+    mesh.materials.append(None)
+    subject = bpy.data.objects.new("Sheet", mesh)
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.data.type, camera.data.ortho_scale = "ORTHO", float(max(columns, count))
+    camera.location = (0.5 * columns, -0.5 * count, 10.0)
+    camera.data.clip_end = 20.0 - heights[-1]
+    sun = _sun()
+    for item in (subject, camera, sun):
+        scene.collection.objects.link(item)
+    scene.camera = camera
+    scene.render.resolution_x, scene.render.resolution_y = columns * cell, count * cell
+    scene.view_layers[0].update()
+    return Sheet(scene, subject, sun, columns, count, cell)
+
+
+def fed(law: Law, mode: str) -> bpy.types.Material:
+    """Return a material whose inputs come from the mesh's attributes: numbers that no socket's limits hold back.
+
+    EEVEE reads 0 for an attribute that is not finite, so infinity and NaN are made in nodes: x (1 + HUGE^2), x being 1 and 0.
+    """
+    material = materials.create(f"{law.name} {mode}", ROUGH_DIFFUSE, Model=law.name, Mode=mode)
+    tree = material.node_tree
+    for name in USUAL:
+        x, huge = tree.nodes.new("ShaderNodeAttribute"), tree.nodes.new("ShaderNodeAttribute")
+        x.attribute_name, huge.attribute_name = name, name + BEYOND
+        sources = (huge.outputs["Vector"], huge.outputs["Vector"]), (None, ONE), (None, x.outputs["Vector"])
+        previous = None
+        for operation, pair in zip(("MULTIPLY", "ADD", "MULTIPLY"), sources, strict=True):
+            node = tree.nodes.new("ShaderNodeVectorMath")
+            node.operation = operation
+            for source, socket in zip(pair, node.inputs, strict=False):
+                if source is ONE:
+                    socket.default_value = ONE
+                else:
+                    tree.links.new(source or previous, socket)
+            previous = node.outputs["Vector"]
+        tree.links.new(previous, tree.nodes[ROUGH_DIFFUSE.name].inputs[name])
+    return material
+
+
+def _finite(x: float) -> float:
+    """Return x, or the factor that makes of infinity what x is."""
+    return x if math.isfinite(x) else 0.0 if math.isnan(x) else math.copysign(1.0, x)
+
+
+def _sun() -> bpy.types.Object:
+    sun = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    sun.data.energy = math.pi
+    return sun
+
+
+def _turn(sun: bpy.types.Object, degrees: float) -> None:
+    """Let `sun` shine from `degrees` beside a viewer above."""
+    angle = math.radians(degrees)
+    sun.matrix_world = Vector((math.sin(angle), 0.0, math.cos(angle))).to_track_quat("Z", "Y").to_matrix().to_4x4()
+
+
+class Case(NamedTuple):
+    way: Way
+    law: Law
+
+    @property
+    def name(self) -> str:
+        return f"{self.way.engine.label}  {self.way.home}  {self.way.mode}  {self.law.name}"
+
+    @property
+    def record(self) -> Record:
+        return {"engine": self.way.engine.key, "home": self.way.home, "mode": self.way.mode, "model": self.law.name}
+
+
+def _cases(used: Sequence[Engine], laws: Iterable[Law], lamps_too: bool) -> list[Case]:
+    return [Case(way, law) for way in WAYS if way.engine in used and (lamps_too or way.mode != "Lamps") for law in laws]
+
+
+# Furnace
+
+
+def furnace(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
+    """Yield the share of a uniform world's light that each model, home and mode reflects, and what the formula says.
+
+    EEVEE renders without ray tracing, and once more with it. Each picture is one unit of work to `progress`.
+    """
+    rows = [(sigma, rho) for sigma in FURNACE_SIGMAS for rho in FURNACE_ALBEDOS]
+    usual = [{**USUAL, "Roughness": (sigma,) * 3, "Color": (rho,) * 3} for sigma, rho in rows]
+    bent, white = sheet(FURNACE_MUS, usual, FURNACE_CELL), sky((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), 1.0)
+    for case, traced in _furnace_cases(used, quick):
+        samples = FURNACE_SAMPLES[case.way.engine.key]
+        bent.scene.cycles.shading_system = case.way.osl
+        with progress.step(f"Furnace  {case.name}{'  ray tracing' if traced else ''}", 1.0):
+            cells = bent.cells(fed(case.law, case.way.mode), case.way.engine, samples, white, traced)
+        for index, (sigma, rho) in enumerate(rows):
+            if not case.law.rough and sigma != FURNACE_SIGMAS[0]:
+                continue
+            for column, mu in enumerate(FURNACE_MUS):
+                values = cells[index * len(FURNACE_MUS) + column]
+                yield {
+                    **case.record,
+                    "sigma": sigma if case.law.rough else None,
+                    "albedo": rho,
+                    "mu": mu,
+                    "ray_tracing": traced,
+                    "rendered": sum(values) / len(values),
+                    "analytic": _albedo(case.law.make(sigma), mu, rho),
+                    "samples": samples,
+                }
+
+
+def furnace_work(used: Sequence[Engine], quick: bool) -> int:
+    """Return how many pictures `furnace` renders."""
+    return len(_furnace_cases(used, quick))
+
+
+def _furnace_cases(used: Sequence[Engine], quick: bool) -> list[tuple[Case, bool]]:
+    plain = [(case, False) for case in _cases(used, QUICK_LAWS if quick else LAWS, lamps_too=False)]
+    return plain + [(case, True) for case, _ in plain if case.way.engine is EEVEE and case.law in QUICK_LAWS]
+
+
+@cache
+def _albedo(model: Model, mu: float, rho: float) -> float:
+    return directional_albedo(model, mu, rho, order=16)  # to 1e-4, with the creases of all models in mind
+
+
+def furnace_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return columns and rows for people: rendered and, in brackets, analytic albedo by N.V, for rho = 1."""
+    groups: dict[tuple[str, ...], list[Record]] = {}
+    for record in records:
+        if record["albedo"] == 1.0:
+            mode = f"{record['home']}, {record['mode']}{', ray tracing' if record['ray_tracing'] else ''}"
+            sigma = "-" if record["sigma"] is None else f"{record['sigma']:g}"
+            groups.setdefault((record["engine"], mode, record["model"], sigma), []).append(record)
+    rows = [(*key, *(f"{one['rendered']:.3f} ({one['analytic']:.3f})" for one in group)) for key, group in groups.items()]
+    return ("Engine", "Home and mode", "Model", "Sigma", *(f"N.V {mu:g}" for mu in FURNACE_MUS)), rows
+
+
+# Extremes
+
+
+def extreme_rows() -> list[tuple[str, str, Inputs]]:
+    """Return what the rows of the sheet are: the input that is odd, its value in words, and all inputs."""
+    rows = []
+    for name, values in NUMBERS.items():
+        rows += [(name, f"{value:g}", {**USUAL, name: (value,) * 3}) for value in values]
+    return rows + [("Normal", words, {**USUAL, "Normal": value}) for words, value in NORMALS]
+
+
+def extremes(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
+    """Yield the least and the greatest radiance that each odd input gives, over views, suns and a uniform world.
+
+    `finite` is whether all of it is finite and not negative. Each home, mode and model is one unit of work to `progress`.
+    """
+    rows = extreme_rows()
+    bent, white = sheet(EXTREME_MUS, [inputs for _, _, inputs in rows], EXTREME_CELL), sky((1.0,) * 3, (1.0,) * 3, 1.0)
+    lamps.choose([bent.sun])
+    for case in _cases(used, QUICK_LAWS if quick else LAWS, lamps_too=True):
+        bent.scene.cycles.shading_system = case.way.osl
+        with progress.step(f"Extremes  {case.name}", 1.0):
+            ranges = odd_inputs(bent, fed(case.law, case.way.mode), case.way.engine, (*SUNS, white))
+        for (name, words, _), (low, high, finite) in zip(rows, ranges, strict=True):
+            yield {**case.record, "input": name, "value": words, "minimum": low, "maximum": high, "finite": finite}
+
+
+def extremes_work(used: Sequence[Engine], quick: bool) -> int:
+    """Return how many homes, modes and models `extremes` goes through."""
+    return len(_cases(used, QUICK_LAWS if quick else LAWS, lamps_too=True))
+
+
+def odd_inputs(
+    bent: Sheet, material: bpy.types.Material, engine: Engine, lights: "Iterable[float | bpy.types.World]"
+) -> list[tuple[float | None, float | None, bool]]:
+    """Return, for each row of a sheet, the least and the greatest finite value, and whether all are finite and none negative."""
+    values: list[list[float]] = [[] for _ in range(bent.rows)]
+    for light in lights:
+        for index, cell in enumerate(bent.cells(material, engine, 1, light)):
+            values[index // bent.columns] += cell
+    result = []
+    for row in values:
+        finite = [value for value in row if math.isfinite(value)]
+        low, high = min(finite, default=None), max(finite, default=None)
+        result.append((low, high, len(finite) == len(row) and low is not None and low >= 0.0))
+    return result
+
+
+def extremes_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return columns and rows for people: a row for each input and value, the range over all models of each home and mode."""
+    ways = list(dict.fromkeys((record["engine"], record["home"], record["mode"]) for record in records))
+    groups: dict[tuple[str, str], dict[tuple[str, ...], list[Record]]] = {}
+    for record in records:
+        row = groups.setdefault((record["input"], record["value"]), {})
+        row.setdefault((record["engine"], record["home"], record["mode"]), []).append(record)
+    rows = [(*key, *(_range(row[way]) for way in ways)) for key, row in groups.items()]
+    return ("Input", "Value", *(", ".join(way) for way in ways)), rows
+
+
+def _range(records: Sequence[Record]) -> str:
+    lows = [record["minimum"] for record in records if record["minimum"] is not None]
+    highs = [record["maximum"] for record in records if record["maximum"] is not None]
+    text = f"{min(lows):.3g} to {max(highs):.3g}" if lows else "none"
+    return text if all(record["finite"] for record in records) else f"{text}, NOT SOUND"
