@@ -59,9 +59,9 @@ OTHERS = (
 
 @dataclass(frozen=True)
 class Way:
-    """One way to render a model; `scheme` names the formula of its lobes, from which the lobe error follows.
+    """One way to render a model; `scheme` names the formula of its lobes, from which the lobe error follows; OSL's is measured.
 
-    OSL's is measured.
+    `in_shadow`: the mode Lamps follows another sun, too, from above, of which there is nothing but shadow.
     """
 
     home: str
@@ -69,6 +69,11 @@ class Way:
     mode: str
     scheme: str | None
     osl: bool = False
+    in_shadow: bool = False
+
+    @property
+    def name(self) -> str:
+        return f"{self.mode}, another in shadow" if self.in_shadow else self.mode
 
 
 WAYS = (
@@ -80,6 +85,7 @@ WAYS = (
     Way("nodes", CYCLES, "Lamps", None),
     Way("osl", CYCLES, "Lobes", None, osl=True),
 )
+IN_SHADOW = Way("nodes", CYCLES, "Lamps", None, in_shadow=True)
 
 
 @dataclass(frozen=True)
@@ -93,7 +99,7 @@ class Case:
 
     @property
     def name(self) -> str:
-        mode = f"{self.shown.name} instead" if self.shown else self.way.mode
+        mode = f"{self.shown.name} instead" if self.shown else self.way.name
         roughness = f"  {self.sigma:g}" if self.law.rough else ""
         return f"{self.way.engine.label}  {self.way.home}  {mode}  {self.law.name}{roughness}"
 
@@ -108,6 +114,8 @@ def cases(used: Sequence[Engine], quick: bool) -> list[Case]:
         for way in ways:
             if way.engine is engine:
                 result += [Case(way, PAPER, sigma) for sigma in (QUICK_SIGMAS if quick else SIGMAS)]
+        if engine is IN_SHADOW.engine and not quick:
+            result += [Case(IN_SHADOW, PAPER, sigma) for sigma in SIGMAS]
         for law in () if quick else OTHERS:
             for way in ways:
                 if way.engine is engine:
@@ -120,11 +128,13 @@ def rough(sphere: SphereUnderSun, used: Sequence[Engine], samples: int, quick: b
 
     The work is `rough_work` to `progress`. The lobe error is None where the light is what decides.
     """
-    lamps.choose([sphere.sun])
+    other = sphere.sun.copy()  # shines from its own z axis: from above
+    other.matrix_world.identity()
     every = cases(used, quick)
     measured = _osl_lobe_errors(every, progress)
     for case in every:
         way, model = case.way, case.law.make(case.sigma)
+        lamps.choose([sphere.sun, other] if way.in_shadow else [sphere.sun])
         sphere.scene.cycles.shading_system = way.osl
         rendered = Lambert() if case.shown else Rendered(model, way.scheme) if way.scheme else None
         error_of_lobes = lobe_error(rendered, model) if rendered else measured.get(case)
@@ -135,7 +145,7 @@ def rough(sphere: SphereUnderSun, used: Sequence[Engine], samples: int, quick: b
             yield {
                 "home": way.home,
                 "engine": way.engine.key,
-                "mode": "plain Lambert" if case.shown else way.mode,
+                "mode": "plain Lambert" if case.shown else way.name,
                 "model": case.law.name,
                 "sigma": case.sigma if case.law.rough else None,
                 "light_degrees": angle,
@@ -205,23 +215,24 @@ def _material(law: Law, mode: str, sigma: float) -> bpy.types.Material:
 
 
 def rough_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return columns and rows for people: a row for each case, the errors of all angles side by side."""
+    """Return columns and rows for people: a row for each case, its errors in %, those of all angles side by side."""
     angles = sorted({record["light_degrees"] for record in records})
-    columns = ("Engine", "Home and mode", "Model", "Sigma", "Lobe error", *(f"{angle:g}\u00b0" for angle in angles), "Seconds")
+    columns = ("Way", "Model", "Sigma", "Lobes", *(f"{angle:g}\u00b0" for angle in angles), "s")
     groups: dict[tuple[Any, ...], list[Record]] = {}
     for record in records:
-        key = (record["engine"], f"{record['home']}, {record['mode']}", record["model"], record["sigma"])
+        way = f"{record['engine']} {record['home'] if record['home'] == 'osl' else record['mode']}"
+        key = (way, record["model"], record["sigma"])
         groups.setdefault(key, []).append(record)
     rows: list[tuple[str, ...]] = []
-    for (engine, way, model, sigma), group in groups.items():
+    for (way, model, sigma), group in groups.items():
         errors = (_percent(record["rms_error"]) for record in group)
         seconds = f"{median(record['render_seconds'] for record in group):.2f}"
-        rows.append((engine, way, model, _sigma(sigma), _percent(group[0]["lobe_error"]), *errors, seconds))
+        rows.append((way, model, _sigma(sigma), _percent(group[0]["lobe_error"]), *errors, seconds))
     return columns, rows
 
 
 def between_engines_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return columns and rows for people: a row for each material."""
+    """Return columns and rows for people: a row for each material, in %."""
     lights = list(dict.fromkeys(record["light"] for record in records))
     groups: dict[tuple[Any, ...], list[Record]] = {}
     for record in records:
@@ -234,7 +245,7 @@ def between_engines_table(records: Sequence[Record]) -> tuple[tuple[str, ...], l
 
 
 def _percent(share: float | None) -> str:
-    return "-" if share is None else f"{100.0 * share:.2f} %"
+    return "-" if share is None else f"{100.0 * share:.2f}"
 
 
 def _sigma(sigma: float | None) -> str:

@@ -6,11 +6,12 @@ from collections.abc import Mapping
 import bpy
 
 from .nodes import Group
+from .nodes.graph import STAMP
 from .osl import compile_osl
 
 type Setting = float | str | tuple[float, ...]
 THICK = 100.0  # m; EEVEE corrects it by what shadows say, but not below a thousandth of it
-LETS_LIGHT_THROUGH = {"SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT", "BSDF_REFRACTION", "BSDF_GLASS", "BSDF_PRINCIPLED"}
+TRANSMITTING = {"SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT", "BSDF_REFRACTION", "BSDF_GLASS"}
 
 
 def create(name: str, group: Group, **inputs: Setting) -> bpy.types.Material:
@@ -42,27 +43,36 @@ def create_plain(name: str) -> tuple[bpy.types.Material, bpy.types.Node]:
 
 
 def add_group(tree: bpy.types.ShaderNodeTree, group: Group) -> bpy.types.Node:
-    """Return a new node in `tree` that holds `group`."""
+    """Return a new node in `tree` that holds `group`; see `thicken` for what else may come with it."""
     node = tree.nodes.new("ShaderNodeGroup")
     node.node_tree = group.ensure()
     node.name = group.name
     node.width = 220.0
+    thicken(tree)
     return node
 
 
 def thicken(tree: bpy.types.ShaderNodeTree) -> None:
-    """Let EEVEE take the surface of the material tree `tree` for thick, if nothing says how thick it is and nothing else asks.
+    """Let EEVEE take the surface of the material `tree` for thick, if nothing says how thick it is and nothing else depends on it.
 
     The groups' Subsurface closure scatters nothing, but EEVEE keeps its radius in steps of 2 mm and rounds it up in half of the
     pixels. Then light from behind comes through meshes that are less than two steps across.
     """
     output = tree.get_output_node("EEVEE")
-    if output is None or output.inputs["Thickness"].is_linked or any(node.type in LETS_LIGHT_THROUGH for node in tree.nodes):
+    if output is None or output.inputs["Thickness"].is_linked or any(map(_transmits, tree.nodes)):
         return
     thick = tree.nodes.new("ShaderNodeValue")
     thick.label, thick.location = "Thick: Keeps Light Out", (output.location.x - 300.0, output.location.y - 250.0)
-    thick.outputs[0].default_value = THICK
+    thick.outputs[0].default_value, thick.select = THICK, False
     tree.links.new(thick.outputs[0], output.inputs["Thickness"])
+
+
+def _transmits(node: bpy.types.Node) -> bool:
+    """Return whether `node` may let light through, so that its look depends on the thickness."""
+    if node.type == "BSDF_PRINCIPLED":
+        weights = (node.inputs["Transmission Weight"], node.inputs["Subsurface Weight"])
+        return any(weight.is_linked or weight.default_value > 0.0 for weight in weights)
+    return node.type in TRANSMITTING or (node.type == "GROUP" and not (node.node_tree and STAMP in node.node_tree))
 
 
 def _blank(name: str) -> bpy.types.Material:

@@ -16,7 +16,7 @@ import bpy
 
 from mathutils import Vector
 
-from ..scenes.sphere import SphereUnderSun, sky
+from ..scenes.sphere import sky
 from . import materials
 from .accuracy import LAMBERT, OTHERS, PAPER, WAYS, Law, Way
 from .comparison import Progress, Record
@@ -59,7 +59,8 @@ LEAK_SIGMA = 1.0
 LEAK_SIZE = 48  # pixels across
 UNLIT = -0.1  # N.L below which nothing may be lit: above it EEVEE fades the light out
 SLABS = (0.001, 0.005)  # m
-LEAK_DEGREES = (120.0, 180.0)
+TILT = math.radians(50.0)  # of a slab's normal from the viewer
+LEAK_DEGREES = (120.0, 180.0)  # between sun and viewer
 
 type Inputs = dict[str, tuple[float, float, float]]
 
@@ -253,6 +254,129 @@ def furnace_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tupl
             groups.setdefault((record["engine"], mode, record["model"], sigma), []).append(record)
     rows = [(*key, *(f"{one['rendered']:.3f} ({one['analytic']:.3f})" for one in group)) for key, group in groups.items()]
     return ("Engine", "Home and mode", "Model", "Sigma", *(f"N.V {mu:g}" for mu in FURNACE_MUS)), rows
+
+
+# Leaks
+
+
+@dataclass(frozen=True)
+class Body:
+    """A closed body under a sun: a sphere of 1 m radius, or a slab of 1 m x 1 m, tilted, that fills the picture."""
+
+    scene: bpy.types.Scene
+    subject: bpy.types.Object
+    sun: bpy.types.Object
+    axis: Vector | None
+    """The slab's normal towards the viewer; None for the sphere."""
+
+    def leak(self, material: bpy.types.Material, engine: Engine, degrees: float, shadows: bool) -> float:
+        """Return the greatest radiance where N.L < UNLIT, lit from `degrees` beside the viewer, over a lit Lambert surface's."""
+        self.subject.data.materials[0] = material
+        _turn(self.sun, degrees)
+        light = (self.sun.matrix_world.to_3x3() @ Vector((0.0, 0.0, 1.0))).normalized()
+        with render.measurement_scene(self.scene, self.subject, self.sun, shadows=shadows) as scene:
+            _, rgb = render.radiance(scene, engine, 4)
+        width = self.scene.render.resolution_x
+        worst = 0.0
+        for pixel in range(len(rgb) // 3):
+            n = self.axis or _sphere_normal(pixel, width)
+            if n is not None and n.dot(light) < UNLIT:
+                worst = max(worst, *rgb[3 * pixel : 3 * pixel + 3])
+        return worst / max(LEAK_COLOR[:3])
+
+
+def _sphere_normal(pixel: int, width: int) -> Vector | None:
+    """Return the normal of a unit sphere that fills a square picture; None beside it."""
+    x, y = 2.0 * (pixel % width + 0.5) / width - 1.0, 1.0 - 2.0 * (pixel // width + 0.5) / width
+    rest = 1.0 - x * x - y * y
+    return Vector((x, y, math.sqrt(rest))) if rest > 0.0 else None
+
+
+def body(thickness: float | None) -> Body:
+    """Return a sphere, or a slab that is `thickness` [m] thick."""
+    scene = bpy.context.scene
+    if thickness is None:
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=128, ring_count=64, radius=1.0)
+        bpy.context.object.data.shade_smooth()
+    else:
+        bpy.ops.mesh.primitive_cube_add(size=1.0)
+        bpy.context.object.scale = (1.0, 1.0, thickness)
+        bpy.context.object.rotation_euler = (0.0, -TILT, 0.0)  # away from all of LEAK_DEGREES
+    subject, sun = bpy.context.object, _sun()
+    subject.data.materials.append(None)
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.data.type, camera.data.ortho_scale = "ORTHO", 2.0 if thickness is None else 0.5
+    camera.location = (0.0, 0.0, 5.0)
+    for item in (camera, sun):
+        scene.collection.objects.link(item)
+    scene.camera = camera
+    scene.render.resolution_x = scene.render.resolution_y = LEAK_SIZE
+    scene.view_layers[0].update()
+    axis = None if thickness is None else subject.matrix_world.to_quaternion() @ Vector((0.0, 0.0, 1.0))
+    return Body(scene, subject, sun, axis)
+
+
+def leak(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
+    """Yield how much light from behind shows on closed bodies, as a share of what a Lambert surface that faces the light shows.
+
+    Once with the material as `materials.create` makes it, and once with EEVEE's own idea of how thick the body is: `thickness` is
+    whether the Material Output has one. Each home, mode, model and body is one unit of work to `progress`.
+    """
+    for thickness in (None, *SLABS):
+        solid = body(thickness)
+        lamps.choose([solid.sun])
+        for case in _leak_cases(used, quick):
+            solid.scene.cycles.shading_system = case.way.osl
+            material = _leak_material(case)
+            name = "sphere" if thickness is None else f"slab {1000.0 * thickness:g} mm"
+            with progress.step(f"Leak  {case.name}  {name}", 1.0):
+                for wired in (True, False) if case.way.engine is EEVEE else (True,):
+                    if not wired:
+                        _unwire(material)
+                    for degrees in LEAK_DEGREES:
+                        for shadows in (False, True):
+                            share = solid.leak(material, case.way.engine, degrees, shadows)
+                            more = {"body": name, "light_degrees": degrees, "shadows": shadows, "thickness": wired, "leak": share}
+                            yield {**case.record, **more}
+        bpy.data.objects.remove(solid.subject)
+
+
+def _leak_cases(used: Sequence[Engine], quick: bool) -> list[Case]:
+    return _cases(used, QUICK_LAWS[:1] if quick else QUICK_LAWS, lamps_too=True)
+
+
+def _leak_material(case: Case) -> bpy.types.Material:
+    name, mode = case.law.name, case.way.mode
+    return materials.create(f"{name} {mode}", ROUGH_DIFFUSE, Model=name, Mode=mode, Color=LEAK_COLOR, Roughness=LEAK_SIGMA)
+
+
+def _unwire(material: bpy.types.Material) -> None:
+    """Leave the thickness to EEVEE."""
+    tree = material.node_tree
+    for link in tree.get_output_node("EEVEE").inputs["Thickness"].links:
+        tree.links.remove(link)
+
+
+def leak_work(used: Sequence[Engine], quick: bool) -> int:
+    """Return how many homes, modes, models and bodies `leak` goes through."""
+    return len(_leak_cases(used, quick)) * (1 + len(SLABS))
+
+
+def leak_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return columns and rows for people: the greatest leak over the lights, by body, without and with shadows."""
+    bodies = list(dict.fromkeys(record["body"] for record in records))
+    groups: dict[tuple[str, ...], dict[tuple[str, bool], float]] = {}
+    for record in records:
+        thickness = "as made" if record["thickness"] else "EEVEE's"
+        row = groups.setdefault((record["engine"], f"{record['home']}, {record['mode']}", record["model"], thickness), {})
+        where = record["body"], record["shadows"]
+        row[where] = max(row.get(where, 0.0), record["leak"])
+    columns = [f"{name}{', shadows' if shadows else ''}" for name in bodies for shadows in (False, True)]
+    rows = [
+        (*key, *(f"{100.0 * row[name, shadows]:.2f} %" for name in bodies for shadows in (False, True)))
+        for key, row in groups.items()
+    ]
+    return ("Engine", "Home and mode", "Model", "Thickness", *columns), rows
 
 
 # Extremes

@@ -57,7 +57,7 @@ class Shader:
 
 SIGMA = Parameter("sigma", 0.0, math.pi / 2, 0.33)
 ROUGHNESS = Parameter("roughness", 0.0, 1.0, 0.5)
-SHADERS = (
+DRAWN = (
     Shader("lambert"),
     Shader("oren_nayar", ", oren_nayar_coefficients(p0)", (SIGMA,)),
     Shader("oren_nayar_1994", ", oren_nayar_1994_coefficients(p0)", (SIGMA,)),
@@ -129,7 +129,7 @@ def stability(exact: Referee, quick: Referee, count: int, progress: Progress) ->
     """
     dice = random.Random(1)
     directions = [_lit(dice) for _ in range(count)]
-    for shader in SHADERS:
+    for shader in DRAWN:
         with progress.step(f"GLSL  {shader.model}", 1.0):
             records = _records(shader, directions, exact, quick)
         yield from records
@@ -137,7 +137,7 @@ def stability(exact: Referee, quick: Referee, count: int, progress: Progress) ->
 
 def work() -> int:
     """Return how many units of work `stability` has."""
-    return len(SHADERS)
+    return len(DRAWN)
 
 
 def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:

@@ -35,7 +35,9 @@ def rough(options: Namespace, engines: list["Engine"], terminal: Terminal) -> li
 
     with terminal.progress(accuracy.rough_work(engines, options.quick)) as progress:
         records = list(accuracy.rough(sphere_under_sun(SIZE), engines, options.samples, options.quick, progress))
-    terminal.table("RMS error against the formula, light at the angle from the viewer", *accuracy.rough_table(records))
+    terminal.table(
+        "Error of the lobes and RMS error on a sphere, light at the angle from the viewer, in %", *accuracy.rough_table(records)
+    )
     return records
 
 
@@ -48,7 +50,7 @@ def engines(_options: Namespace, engines: list["Engine"], terminal: Terminal) ->
         raise BadInput("EEVEE and Cycles are both needed to hold them against each other")
     with terminal.progress(accuracy.between_engines_work()) as progress:
         records = list(accuracy.between_engines(sphere_under_sun(BOTH_SIZE), progress))
-    terminal.table("RMS difference of EEVEE from Cycles", *accuracy.between_engines_table(records))
+    terminal.table("RMS difference of EEVEE from Cycles, in %", *accuracy.between_engines_table(records))
     return records
 
 
@@ -79,7 +81,20 @@ def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -
     return records
 
 
-MEASURES: dict[str, Measure] = {"rough": rough, "engines": engines, "stability": stability}
+def cost(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
+    """Time equation (1) in GLSL, and the node group against Blender's own Diffuse BSDF."""
+    from true_diffuse.addon import cost
+    from true_diffuse.addon.engines import EEVEE
+    from true_diffuse.scenes.sphere import sphere_under_sun
+
+    with terminal.progress(cost.work(engines)) as progress:
+        records = list(cost.forms(progress)) if EEVEE in engines else []
+        records += cost.groups(sphere_under_sun(cost.FRAME), engines, progress)
+    terminal.table("Cost", *cost.table(records))
+    return records
+
+
+MEASURES: dict[str, Measure] = {"rough": rough, "engines": engines, "stability": stability, "cost": cost}
 
 
 def main() -> int:

@@ -19,7 +19,7 @@ from true_diffuse.addon.models import Model, OrenNayar
 from true_diffuse.addon.models.vector import dot, from_polar
 
 COUNT = 2000
-NAMES = [shader.model for shader in stability.SHADERS]
+NAMES = [shader.model for shader in stability.DRAWN]
 PATHS = sorted(SHADERS.glob("*.glsl"))
 every_file = pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
 VERSIONS = {"330 core": "", "300 es": "precision highp float;\n"}
@@ -94,7 +94,7 @@ def test_glsl_is_never_infinite_or_negative(model: str, records: list[dict]) -> 
 
 
 @pytest.mark.render
-@pytest.mark.parametrize("shader", stability.SHADERS, ids=NAMES)
+@pytest.mark.parametrize("shader", stability.DRAWN, ids=NAMES)
 def test_glsl_stays_finite_for_numbers_of_any_size(shader: stability.Shader, eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("no graphics driver here")
@@ -114,7 +114,7 @@ def test_glsl_stays_finite_for_numbers_of_any_size(shader: stability.Shader, eev
 
 
 @pytest.mark.render
-@pytest.mark.parametrize("shader", stability.SHADERS, ids=NAMES)
+@pytest.mark.parametrize("shader", stability.DRAWN, ids=NAMES)
 def test_glsl_channels_have_their_own_albedo(shader: stability.Shader, eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("no graphics driver here")

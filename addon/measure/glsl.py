@@ -3,13 +3,13 @@
 
 from array import array
 from collections.abc import Sequence
-from pathlib import Path
 
 import bpy
 
 import gpu
 
-SHADERS = Path(__file__).resolve().parent.parent.parent / "shaders"
+from ..osl import SHADERS
+
 VERTEX = "void main() { gl_Position = vec4(position, 0.0, 1.0); }"
 WIDTH = 1024  # pixels in a row of the target
 BEFORE = {  # what a file of shaders/ needs included before it, in this order
