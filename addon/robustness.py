@@ -22,7 +22,8 @@ from .accuracy import LAMBERT, OTHERS, PAPER, WAYS, Law, Way
 from .comparison import Progress, Record
 from .engines import EEVEE, Engine
 from .measure import render
-from .models import Model, directional_albedo
+from .models import directional_albedo
+from .models.lobe import PAIR, SIGNED
 from .nodes import ROUGH_DIFFUSE, lamps
 
 LAWS = (LAMBERT, PAPER, *OTHERS)
@@ -30,10 +31,10 @@ QUICK_LAWS = (PAPER, OTHERS[1])
 FURNACE_MUS = (1.0, 0.5, 0.2, 0.05)
 FURNACE_SIGMAS = (0.0, 0.2, 0.33, 1.0)
 FURNACE_ALBEDOS = (1.0, 0.8)
-FURNACE_CELL = 8  # pixels across: their mean is measured
+FURNACE_CELL = 8  # pixels across
 FURNACE_SAMPLES = {"eevee": 16, "cycles": 1024}  # Cycles' noise of a cell's mean is then some 0.1 %
 EXTREME_MUS = (1.0, 0.5, 0.05, 0.01)
-EXTREME_CELL = 2
+EXTREME_CELL = 3
 SUNS = (0.0, 60.0, 175.0)  # degrees between sun and viewer: N = L = V in the first column, L next to -V in the last one
 NAN, INF = math.nan, math.inf
 NUMBERS: dict[str, tuple[float, ...]] = {
@@ -62,7 +63,7 @@ SLABS = (0.001, 0.005)  # m
 TILT = math.radians(50.0)  # of a slab's normal from the viewer
 LEAK_DEGREES = (120.0, 180.0)  # between sun and viewer
 
-type Inputs = dict[str, tuple[float, float, float]]
+type Inputs = dict[str, tuple[float, ...]]
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ class Sheet:
     def cells(
         self, material: bpy.types.Material, engine: Engine, samples: int, light: "float | bpy.types.World", traced: bool = False
     ) -> list[list[float]]:
-        """Return the values of all pixels and channels of each cell, row by row.
+        """Return the values of each cell, row by row: all pixels but those on its edge, all channels.
 
         `light` is the sun's angle in degrees, or a world; `traced`: with EEVEE's ray tracing.
         """
@@ -97,9 +98,9 @@ class Sheet:
     def _cell(self, rgb: array[float], column: int, row: int) -> list[float]:
         values: list[float] = []
         width = 3 * self.columns * self.cell
-        for y in range(row * self.cell, (row + 1) * self.cell):
+        for y in range(row * self.cell + 1, (row + 1) * self.cell - 1):
             start = y * width + 3 * column * self.cell
-            values += rgb[start : start + 3 * self.cell]
+            values += rgb[start + 3 : start + 3 * (self.cell - 1)]
         return values
 
 
@@ -167,6 +168,11 @@ def _finite(x: float) -> float:
     return x if math.isfinite(x) else 0.0 if math.isnan(x) else math.copysign(1.0, x)
 
 
+def uniform_world() -> bpy.types.World:
+    """Return a world of radiance 1 everywhere."""
+    return sky((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), 1.0)
+
+
 def _sun() -> bpy.types.Object:
     sun = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
     sun.data.energy = math.pi
@@ -206,7 +212,7 @@ def furnace(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator
     """
     rows = [(sigma, rho) for sigma in FURNACE_SIGMAS for rho in FURNACE_ALBEDOS]
     usual = [{**USUAL, "Roughness": (sigma,) * 3, "Color": (rho,) * 3} for sigma, rho in rows]
-    bent, white = sheet(FURNACE_MUS, usual, FURNACE_CELL), sky((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), 1.0)
+    bent, white = sheet(FURNACE_MUS, usual, FURNACE_CELL), uniform_world()
     for case, traced in _furnace_cases(used, quick):
         samples = FURNACE_SAMPLES[case.way.engine.key]
         bent.scene.cycles.shading_system = case.way.osl
@@ -224,7 +230,7 @@ def furnace(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator
                     "mu": mu,
                     "ray_tracing": traced,
                     "rendered": sum(values) / len(values),
-                    "analytic": _albedo(case.law.make(sigma), mu, rho),
+                    "analytic": _albedo(case.law, sigma, mu, rho),
                     "samples": samples,
                 }
 
@@ -240,8 +246,8 @@ def _furnace_cases(used: Sequence[Engine], quick: bool) -> list[tuple[Case, bool
 
 
 @cache
-def _albedo(model: Model, mu: float, rho: float) -> float:
-    return directional_albedo(model, mu, rho, order=16)  # to 1e-4, with the creases of all models in mind
+def _albedo(law: Law, sigma: float, mu: float, rho: float) -> float:
+    return directional_albedo(law.make(sigma), mu, rho, order=16)  # to 1e-5 also for pits, the least smooth
 
 
 def furnace_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
@@ -319,8 +325,9 @@ def body(thickness: float | None) -> Body:
 def leak(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
     """Yield how much light from behind shows on closed bodies, as a share of what a Lambert surface that faces the light shows.
 
-    Once with the material as `materials.create` makes it, and once with EEVEE's own idea of how thick the body is: `thickness` is
-    whether the Material Output has one. Each home, mode, model and body is one unit of work to `progress`.
+    Where a mode has Subsurface closures, once with the material as `materials.create` makes it and once with EEVEE's own idea of
+    how thick the body is: `thickness` is whether the Material Output has one. Each home, mode, model and body is one unit of work
+    to `progress`.
     """
     for thickness in (None, *SLABS):
         solid = body(thickness)
@@ -330,7 +337,7 @@ def leak(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Re
             material = _leak_material(case)
             name = "sphere" if thickness is None else f"slab {1000.0 * thickness:g} mm"
             with progress.step(f"Leak  {case.name}  {name}", 1.0):
-                for wired in (True, False) if case.way.engine is EEVEE else (True,):
+                for wired in (True, False) if case.way.scheme in (PAIR, SIGNED) else (True,):
                     if not wired:
                         _unwire(material)
                     for degrees in LEAK_DEGREES:
@@ -396,7 +403,7 @@ def extremes(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterato
     `finite` is whether all of it is finite and not negative. Each home, mode and model is one unit of work to `progress`.
     """
     rows = extreme_rows()
-    bent, white = sheet(EXTREME_MUS, [inputs for _, _, inputs in rows], EXTREME_CELL), sky((1.0,) * 3, (1.0,) * 3, 1.0)
+    bent, white = sheet(EXTREME_MUS, [inputs for _, _, inputs in rows], EXTREME_CELL), uniform_world()
     lamps.choose([bent.sun])
     for case in _cases(used, QUICK_LAWS if quick else LAWS, lamps_too=True):
         bent.scene.cycles.shading_system = case.way.osl
@@ -434,8 +441,9 @@ def extremes_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tup
     for record in records:
         row = groups.setdefault((record["input"], record["value"]), {})
         row.setdefault((record["engine"], record["home"], record["mode"]), []).append(record)
-    rows = [(*key, *(_range(row[way]) for way in ways)) for key, row in groups.items()]
-    return ("Input", "Value", *(", ".join(way) for way in ways)), rows
+    rows: list[tuple[str, ...]] = [(*key, *(_range(row[way]) for way in ways)) for key, row in groups.items()]
+    columns: tuple[str, ...] = ("Input", "Value", *(", ".join(way) for way in ways))
+    return columns, rows
 
 
 def _range(records: Sequence[Record]) -> str:

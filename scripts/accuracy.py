@@ -60,14 +60,14 @@ def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -
         import referee
     except ImportError as error:
         raise BadInput(f"the formulas in all digits need a package that is not installed: {error}") from error
-    from true_diffuse.addon import stability
+    from true_diffuse.addon import stability_glsl, stability_osl
     from true_diffuse.addon.engines import CYCLES, EEVEE
-    from true_diffuse.addon.measure import osl
+    from true_diffuse.addon.measure import judge
     from true_diffuse.addon.osl import compiles_osl
 
-    homes: list[tuple[str, ModuleType]] = [("GLSL", stability)] if EEVEE in engines else []
+    homes: list[tuple[str, ModuleType]] = [("GLSL", stability_glsl)] if EEVEE in engines else []
     if CYCLES in engines and compiles_osl():
-        homes.append(("OSL", osl))
+        homes.append(("OSL", stability_osl))
     if not homes:
         raise BadInput("GLSL needs EEVEE's graphics driver, OSL a Cycles that compiles it")
     quick = partial(referee.radiance, context=referee.DOUBLE)
@@ -76,7 +76,7 @@ def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -
         count = home.COUNT // 10 if options.quick else home.COUNT
         with terminal.progress(home.work()) as progress:
             found = list(home.stability(referee.radiance, quick, count, progress))
-        terminal.table(f"{name} in 32-bit floats: the largest errors", *stability.table(found))
+        terminal.table(f"{name} in 32-bit floats: the largest errors", *judge.table(found))
         records += found
     return records
 
@@ -94,7 +94,45 @@ def cost(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> li
     return records
 
 
-MEASURES: dict[str, Measure] = {"rough": rough, "engines": engines, "stability": stability, "cost": cost}
+def furnace(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
+    """Hold what each model, home and mode reflects of a uniform world against its formula."""
+    from true_diffuse.addon import robustness
+
+    with terminal.progress(robustness.furnace_work(engines, options.quick)) as progress:
+        records = list(robustness.furnace(engines, options.quick, progress))
+    terminal.table("Albedo at rho = 1 in a uniform world, the formula's in brackets", *robustness.furnace_table(records))
+    return records
+
+
+def leak(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
+    """Look for light from behind on closed bodies."""
+    from true_diffuse.addon import robustness
+
+    with terminal.progress(robustness.leak_work(engines, options.quick)) as progress:
+        records = list(robustness.leak(engines, options.quick, progress))
+    terminal.table("Light from behind, as a share of what a lit Lambert surface shows", *robustness.leak_table(records))
+    return records
+
+
+def extremes(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
+    """Render inputs at the ends of their ranges and beyond them."""
+    from true_diffuse.addon import robustness
+
+    with terminal.progress(robustness.extremes_work(engines, options.quick)) as progress:
+        records = list(robustness.extremes(engines, options.quick, progress))
+    terminal.table("Radiance of odd inputs, over all views, lights and models", *robustness.extremes_table(records))
+    return records
+
+
+MEASURES: dict[str, Measure] = {
+    "rough": rough,
+    "engines": engines,
+    "stability": stability,
+    "cost": cost,
+    "furnace": furnace,
+    "leak": leak,
+    "extremes": extremes,
+}
 
 
 def main() -> int:

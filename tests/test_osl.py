@@ -12,8 +12,8 @@ import bpy
 import fit_ramps
 import pytest
 import referee
-from true_diffuse.addon import engines, materials, models, stability
-from true_diffuse.addon.measure import osl, render
+from true_diffuse.addon import engines, materials, models, stability_osl
+from true_diffuse.addon.measure import judge, osl, render
 from true_diffuse.addon.models import Model, directional_albedo
 from true_diffuse.addon.osl import SHADERS
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
@@ -139,7 +139,9 @@ class Nobody:
 @pytest.fixture(scope="module")
 def records() -> dict[tuple[str, str], dict]:
     quick = partial(referee.radiance, context=referee.DOUBLE)
-    return {(record["model"], record["case"]): record for record in osl.stability(referee.radiance, quick, 1000, Nobody())}
+    return {
+        (record["model"], record["case"]): record for record in stability_osl.stability(referee.radiance, quick, 1000, Nobody())
+    }
 
 
 @pytest.mark.render
@@ -162,7 +164,7 @@ def test_osl_is_never_infinite_or_negative(model: str, records) -> None:
 
 @pytest.mark.render
 def test_osl_records_have_a_line_each_for_people(records) -> None:
-    columns, rows = stability.table(list(records.values()))
+    columns, rows = judge.table(list(records.values()))
     assert [row[columns.index("Home")] for row in rows] == ["osl"] * len(records)
 
 

@@ -13,13 +13,13 @@ from functools import partial
 
 import pytest
 import referee
-from true_diffuse.addon import models, stability
+from true_diffuse.addon import models, stability_glsl
 from true_diffuse.addon.measure.glsl import BEFORE, SHADERS, evaluate, source
 from true_diffuse.addon.models import Model, OrenNayar
 from true_diffuse.addon.models.vector import dot, from_polar
 
 COUNT = 2000
-NAMES = [shader.model for shader in stability.DRAWN]
+NAMES = [shader.model for shader in stability_glsl.DRAWN]
 PATHS = sorted(SHADERS.glob("*.glsl"))
 every_file = pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
 VERSIONS = {"330 core": "", "300 es": "precision highp float;\n"}
@@ -60,7 +60,7 @@ def records(eevee_runs_here: bool) -> list[dict]:
     if not eevee_runs_here:
         pytest.skip("no graphics driver here")
     quick = partial(referee.radiance, context=referee.DOUBLE)
-    return list(stability.stability(referee.radiance, quick, COUNT, Nobody()))
+    return list(stability_glsl.stability(referee.radiance, quick, COUNT, Nobody()))
 
 
 @pytest.fixture(scope="module")
@@ -94,8 +94,8 @@ def test_glsl_is_never_infinite_or_negative(model: str, records: list[dict]) -> 
 
 
 @pytest.mark.render
-@pytest.mark.parametrize("shader", stability.DRAWN, ids=NAMES)
-def test_glsl_stays_finite_for_numbers_of_any_size(shader: stability.Shader, eevee_runs_here: bool) -> None:
+@pytest.mark.parametrize("shader", stability_glsl.DRAWN, ids=NAMES)
+def test_glsl_stays_finite_for_numbers_of_any_size(shader: stability_glsl.Shader, eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("no graphics driver here")
     dice = random.Random(3)
@@ -114,14 +114,14 @@ def test_glsl_stays_finite_for_numbers_of_any_size(shader: stability.Shader, eev
 
 
 @pytest.mark.render
-@pytest.mark.parametrize("shader", stability.DRAWN, ids=NAMES)
-def test_glsl_channels_have_their_own_albedo(shader: stability.Shader, eevee_runs_here: bool) -> None:
+@pytest.mark.parametrize("shader", stability_glsl.DRAWN, ids=NAMES)
+def test_glsl_channels_have_their_own_albedo(shader: stability_glsl.Shader, eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("no graphics driver here")
     albedos = (0.25, 0.5, math.nan)  # exact in 32 bits
     n, l, v = (0.0, 0.0, 1.0), (0.6, 0.0, 0.8), (0.0, 0.28, 0.96)
     shape = tuple(parameter.typical for parameter in shader.parameters)
-    rows = [stability.Inputs(n, l, v, albedo, shape).row() for albedo in albedos]
+    rows = [stability_glsl.Inputs(n, l, v, albedo, shape).row() for albedo in albedos]
     gray = [value[0] for value in evaluate(shader.model, shader.call(), rows)]
     call = shader.call().replace("vec3(a.w)", "vec3(0.25, 0.5, a.w)")
     assert evaluate(shader.model, call, rows[2:])[0] == tuple(gray)

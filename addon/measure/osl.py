@@ -1,22 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What shaders/rough_diffuse.osl returns in Cycles, one pixel for each input, and how near that comes to the formulas.
+"""What shaders/rough_diffuse.osl returns in Cycles, one pixel for each input, and how far its lobes are from the formulas'.
 
 The viewer is an orthographic camera above, so V is VIEWER for every input; N and the parameters come from attributes of the mesh, a
 triangle for each input, and each light is a picture of its own. Closures leave no other way to ask for a value.
-
-Asked of every input: an error of at most RELATIVE of the value where that is above FLOOR of the model's largest, and at most
-ABSOLUTE elsewhere; and never NaN, infinity or a negative radiance. An input is conditioned if moving its numbers by their last bit
-(in 32-bit floats) moves the exact value by as much as the error: there the shader is as good as its input.
 """
 
 import math
-import random
-import struct
 from array import array
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import product
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import bpy
 
@@ -27,25 +19,17 @@ from ..models import Model
 from ..models.quadrature import gauss_legendre
 from ..models.vector import Vector, add, dot, from_polar, normalize, scale
 from . import render
+from .judge import Arguments, single_vector
 from .lobe_error import VIEWS
-
-if TYPE_CHECKING:
-    from ..comparison import Progress, Record
 
 MODELS = ("lambert", "oren_nayar", "fujii", "eon", "cycles_diffuse", "oren_nayar_1994", "wolff", "pits")  # as Model counts them
 EXACT = ("lambert", "oren_nayar", "fujii", "eon", "cycles_diffuse")  # Oren-Nayar where s >= 0
 VIEWER: Vector = (0.0, 0.0, 1.0)
-RELATIVE, FLOOR, ABSOLUTE = 2e-5, 1e-4, 1e-6
-EXAMINED = 100  # of the random inputs, so many of the worst, and as many others, are worked out in all digits
-COUNT, SUNS = 100_000, 12
-RENDER_WORK = 8  # as long as so many models take
 # Where N has a cosine below STEEP to light or viewer, the mesh faces both halfway: Cycles lights no surface from behind.
 STEEP = 0.02
 LOBE_SUNS, LOBE_AZIMUTHS = 24, 96  # for `lobe_errors`: about 2000 lights for each view
 SMALLEST = 4  # pixels, the least that Blender renders
 HALF = 0.45  # of a pixel: how far each triangle reaches
-
-type Referee = Callable[[str, Vector, Vector, Vector, float, Sequence[float]], float]
 
 
 @dataclass(frozen=True)
@@ -75,10 +59,10 @@ class Inputs:
 
     @property
     def shape(self) -> tuple[float, ...]:
-        """The parameters that the model has beside the albedo."""
-        return () if self.model in ("lambert", "pits") else (self.ior,) if self.model == "wolff" else (self.roughness,)
+        """The values of `shape_names`."""
+        return tuple(getattr(self, name) for name in shape_names(self.model))
 
-    def arguments(self) -> tuple[Vector, Vector, Vector, float, tuple[float, ...]]:
+    def arguments(self) -> Arguments:
         """Return what the formula gets."""
         return self.n or self.normal, self.sun.towards, VIEWER, self.albedo, self.shape
 
@@ -89,6 +73,11 @@ class Inputs:
             return n, False
         half = add(l, VIEWER)
         return normalize(half if math.hypot(*half) > 0.1 * STEEP else add(n, scale(VIEWER, STEEP))), True
+
+
+def shape_names(model: str) -> tuple[str, ...]:
+    """Return the names of the parameters that `model` has beside the albedo, as `Inputs` has them."""
+    return () if model in ("lambert", "pits") else ("ior",) if model == "wolff" else ("roughness",)
 
 
 def suns(aims: Sequence[Vector]) -> list[Sun]:
@@ -216,13 +205,8 @@ class Shown:
     albedo: float = 1.0
 
 
-def lobe_error(model: str, exact: Model, roughness: float = 0.33, ior: float = 1.5, albedo: float = 1.0) -> float:
-    """Return how far the shader's `model` is from `exact` over all lights and views, as `lobe_error.lobe_error` has it."""
-    return lobe_errors([Shown(model, exact, roughness, ior, albedo)])[0]
-
-
 def lobe_errors(cases: Sequence[Shown]) -> list[float]:
-    """Return the lobe error of each case, from the same few renders.
+    """Return how far each case is from its formula, as `lobe_error.lobe_error` has it: all from the same few renders.
 
     With the viewer as the pole, L is a sun's angle from it and the azimuth between the two: the suns lie where Gauss' rule has
     them, and N is turned through the azimuths at which each is above the surface.
@@ -238,7 +222,7 @@ def lobe_errors(cases: Sequence[Shown]) -> list[float]:
             end = -mu * cosine / math.sqrt((1.0 - mu * mu) * (1.0 - cosine * cosine))
             reach = math.acos(max(-1.0, min(1.0, end)))
             for k in range(LOBE_AZIMUTHS if reach > 0.0 else 0):
-                n = _vector(from_polar(mu, reach * (k + 0.5) / LOBE_AZIMUTHS))
+                n = single_vector(from_polar(mu, reach * (k + 0.5) / LOBE_AZIMUTHS))
                 for index, case in enumerate(cases):
                     inputs.append(Inputs(case.model, lamp, n, case.albedo, case.roughness, case.ior, turns=False))
                     places.append((index, view, weight * reach))
@@ -249,222 +233,3 @@ def lobe_errors(cases: Sequence[Shown]) -> list[float]:
         squares[index, view][1] += share * expected * expected
     ratios = {key: math.sqrt(error / whole) for key, (error, whole) in squares.items()}
     return [sum(ratios[index, view] for view in VIEWS) / len(VIEWS) for index in range(len(cases))]
-
-
-def stability(exact: Referee, quick: Referee, count: int, progress: "Progress") -> "Iterator[Record]":
-    """Yield a record for each model and family of cases: its worst input, and how many inputs do as asked.
-
-    `exact` gives a formula's value in all digits, `quick` in 64-bit floats. Every random input is held against `quick`, the worst
-    of them and all other inputs against `exact`; `screen_error` is how far the two are apart at most, as a multiple of the error
-    allowed. All random inputs are of EXACT, `count` of each, and of Wolff's model, whose error is that of its ramp; the other
-    families are of all models, of which those not in EXACT are only asked to be sound. The work is `work` to `progress`.
-    """
-    with progress.step("OSL", RENDER_WORK):
-        families = _cases(count)
-        got = iter(evaluate([one for family in families.values() for one in family]))
-    for model in MODELS:
-        with progress.step(f"OSL  {model}", 1.0):
-            records = _records(model, {case: family for (of, case), family in families.items() if of == model}, got, exact, quick)
-        yield from records
-
-
-def work() -> int:
-    """Return how many units of work `stability` has."""
-    return RENDER_WORK + len(MODELS)
-
-
-@dataclass(frozen=True)
-class Result:
-    """The shader's value for `inputs` and the formula's; `allowed` is the error that is asked for."""
-
-    inputs: Inputs
-    got: tuple[float, float, float]
-    expected: float
-    allowed: float
-
-    @property
-    def error(self) -> float:
-        """The largest deviation of a channel; infinite if one is not finite."""
-        return max(abs(value - self.expected) if math.isfinite(value) else math.inf for value in self.got)
-
-    @property
-    def excess(self) -> float:
-        """The error as a multiple of what is asked for."""
-        return self.error / self.allowed
-
-
-def _records(
-    model: str,
-    families: dict[str, list[Inputs]],
-    got: Iterator[tuple[float, float, float]],
-    exact: Referee,
-    quick: Referee,
-) -> "list[Record]":
-    screened = [float(quick(model, *one.arguments())) for one in families.get("random", ())]
-    largest = max(screened, default=1.0 / math.pi)
-
-    def judge(inputs: Inputs, value: tuple[float, float, float], expected: float) -> Result:
-        return Result(inputs, value, expected, RELATIVE * expected if expected > FLOOR * largest else ABSOLUTE)
-
-    def truth(inputs: Inputs) -> float:
-        return float(exact(model, *inputs.arguments()))
-
-    records = []
-    for case, family in families.items():
-        screen_error = 0.0
-        if case == "random":
-            values = [next(got) for _ in family]
-            results = sorted(map(judge, family, values, screened), key=lambda result: -result.excess)
-            for k in [*range(min(EXAMINED, len(results))), *range(EXAMINED, len(results), len(results) // EXAMINED + 1)]:
-                corrected = judge(results[k].inputs, results[k].got, truth(results[k].inputs))
-                screen_error = max(screen_error, abs(corrected.expected - results[k].expected) / corrected.allowed)
-                results[k] = corrected
-        else:
-            results = [judge(one, next(got), truth(one)) for one in family]
-        records.append(_record(model, case, results, largest, screen_error, exact))
-    return records
-
-
-def _record(model: str, case: str, results: Sequence[Result], largest: float, screen_error: float, exact: Referee) -> "Record":
-    worst = max(results, key=lambda result: result.excess)
-    outside = sorted((result for result in results if not result.excess <= 1.0), key=lambda result: -result.excess)
-    names = ("albedo", *(() if not worst.inputs.shape else ("ior",) if model == "wolff" else ("roughness",)))
-    n, l, v, albedo, shape = worst.inputs.arguments()
-    relative = max((r.error / r.expected for r in results if r.expected > FLOOR * largest), default=0.0)
-    absolute = max((r.error for r in results if not r.expected > FLOOR * largest), default=0.0)
-    error, relative, absolute = _plain((worst.error, relative, absolute))
-    return {
-        "home": "osl",
-        "model": model,
-        "case": case,
-        "inputs": {"n": _plain(n), "l": _plain(l), "v": _plain(v)} | dict(zip(names, _plain((albedo, *shape)), strict=True)),
-        "expected": worst.expected,
-        "got": _plain(worst.got),
-        "error": error,
-        "allowed": worst.allowed,
-        "uncertainty": _uncertainty(worst.inputs, worst.expected, exact),
-        "finite": all(0.0 <= value < math.inf for result in results for value in result.got),
-        "count": len(results),
-        "relative_error": relative,
-        "absolute_error": absolute,
-        "share_within": 1.0 - len(outside) / len(results),
-        "outside": len(outside),
-        "conditioned": sum(r.error <= _uncertainty(r.inputs, r.expected, exact) for r in outside[:EXAMINED]),
-        "screen_error": screen_error,
-    }
-
-
-def _uncertainty(inputs: Inputs, expected: float, exact: Referee) -> float:
-    """Return how far the exact value moves, to first order, when each number of the inputs moves by its last bit the worse way."""
-    n, l, v, albedo, shape = inputs.arguments()
-    numbers, total = (*n, *l, *v, albedo, *shape), 0.0
-    for k, x in enumerate(numbers):
-        if math.isfinite(x):
-            step = math.ldexp(1.0, max(math.frexp(x)[1] - 24, -149))
-            moves = []
-            for neighbor in (x - step, x + step):
-                moved = (*numbers[:k], neighbor, *numbers[k + 1 :])
-                vectors = (_vector(moved[start : start + 3]) for start in (0, 3, 6))
-                moves.append(abs(float(exact(inputs.model, *vectors, moved[9], moved[10:])) - expected))
-            total += max(moves)
-    return total
-
-
-def _plain(values: Sequence[float]) -> list[float | str]:
-    """Return the numbers, or their names where JSON has no number for them."""
-    return [x if math.isfinite(x) else str(x) for x in values]
-
-
-def _single(*values: float) -> tuple[float, ...]:
-    """Round to 32-bit floats, so that both sides start from the same numbers."""
-    form = f"{len(values)}f"
-    return struct.unpack(form, struct.pack(form, *values))
-
-
-def _vector(values: Sequence[float]) -> Vector:
-    x, y, z = _single(*values)
-    return x, y, z
-
-
-def _anywhere(dice: random.Random) -> Vector:
-    return normalize((dice.gauss(0.0, 1.0), dice.gauss(0.0, 1.0), dice.gauss(0.0, 1.0)))
-
-
-def _between(sun: Sun, mu_i: float, mu_o: float) -> Vector | None:
-    """Return the normal with these cosines to the sun and the viewer; None where there is none."""
-    l = normalize(sun.towards)
-    c, across = dot(l, VIEWER), (l[1], -l[0], 0.0)  # L x V
-    rest = 1.0 - c * c
-    if rest < 1e-12:
-        return None
-    a, b = (mu_i - c * mu_o) / rest, (mu_o - c * mu_i) / rest
-    left = (1.0 - a * mu_i - b * mu_o) / rest
-    if left < -1e-9:
-        return None
-    return normalize(add(add(scale(l, a), scale(VIEWER, b)), scale(across, math.sqrt(max(0.0, left)))))
-
-
-def _cases(count: int) -> dict[tuple[str, str], list[Inputs]]:
-    """Return the inputs by model and family: random ones, and those that are hard or wrong."""
-    dice = random.Random(1)
-    somewhere = suns([_anywhere(dice) for _ in range(SUNS)])
-    ahead, aside, behind, *usual = suns(
-        [VIEWER, (1.0, 0.0, 0.0), (0.01, 0.0, -1.0), (0.6, 0.0, 0.8), (0.96, 0.0, -0.28)],
-    )
-
-    lit = []
-    while len(lit) < count:
-        sun, n = somewhere[len(lit) * SUNS // count], _vector(_anywhere(dice))
-        if dot(n, sun.towards) > 0.0 and n[2] > 0.0:
-            lit.append((sun, n))
-
-    cosines = (0.0, 1e-8, 1e-4, 0.5, 0.8, 1.0 - 1e-8, 1.0)
-    grazing = []
-    for sun, mu_i, mu_o in product((aside, behind, *usual, *somewhere), cosines, cosines):
-        n = _between(sun, mu_i, mu_o)
-        if n is not None:
-            grazing.append((sun, _vector(n)))
-    below = [(sun, _vector(n)) for sun in (aside, *usual) for mu in (-0.5, -1e-8) if (n := _between(sun, mu, 0.5)) is not None]
-    # light and viewer at the normal, light at the viewer, light and viewer at either side of the normal
-    aligned = [(ahead, VIEWER), *((ahead, _vector(normalize((x, 0.3 * x, 1.0)))) for x in (1e-7, 1e-3, 0.5, 2.0, 1e3, 1e7))]
-    aligned += [(sun, _vector(normalize(add(normalize(sun.towards), VIEWER)))) for sun in (aside, *usual, *somewhere)]
-    aligned += [(sun, n) for sun in usual for n in (VIEWER, sun.towards) if dot(n, sun.towards) > 0.0 and n[2] > 0.0]
-
-    strange = _single(0.0, 1e-40, 1e-8, 1e-6, 1e-5, 1e-3, 1.0, math.pi / 2, 1e3, math.inf, -1.0, -math.inf, math.nan)
-    albedos = _single(0.0, 1e-40, 1e-3, 1.0, 1.5, 1e3, math.inf, -1.0, -math.inf, math.nan)
-    faces = [(usual[0], _vector(normalize(n))) for n in ((0.3, 0.2, 1.0), (0.5, 0.1, 0.1), (0.0, 0.5, 0.6), (0.8, -0.3, 0.6))]
-    wrong = [(0.0, 0.0, 0.0), (math.nan,) * 3, (math.inf, 0.0, 0.0), (math.nan, 0.0, 1.0), (0.0, 0.0, -math.inf)]
-    lengths = _single(1e-6, 1e-3, 0.5, 2.0, 1e3, 1e6)
-
-    rho, roughness, ior = _single(0.7, 0.33, 1.5)
-    families: dict[tuple[str, str], list[Inputs]] = {}
-    for model in MODELS:
-        typical = Inputs(model, ahead, VIEWER, rho, roughness, ior)
-
-        def at(places: Sequence[tuple[Sun, Vector]], typical: Inputs = typical) -> list[Inputs]:
-            chosen = places if typical.model != "oren_nayar" else [place for place in places if _towards_viewer(*place)]
-            return [replace(typical, sun=sun, normal=n) for sun, n in chosen]
-
-        if model in EXACT or model == "wolff":
-            families[model, "random"] = [
-                replace(one, albedo=a, roughness=r, ior=n)
-                for one in at(lit)
-                for a, r, n in [_single(dice.random(), dice.random(), dice.uniform(1.0, 3.0))]
-            ]
-        families[model, "grazing"] = at(grazing)
-        families[model, "light below"] = at(below)
-        families[model, "aligned"] = at(aligned)
-        families[model, "albedo"] = [replace(one, albedo=x) for one in at(faces) for x in albedos]
-        families[model, "shape"] = [replace(one, roughness=x, ior=x) for one in at(faces) for x in strange]
-        families[model, "normal"] = [
-            replace(one, normal=_vector(scale(one.normal, x)), n=one.normal) for one in at(faces) for x in lengths
-        ]
-        families[model, "no normal"] = [replace(typical, sun=usual[0], normal=n, n=VIEWER) for n in wrong]
-    return families
-
-
-def _towards_viewer(sun: Sun, n: Vector) -> bool:
-    """Return whether s is so far above 0 that the ramps of Oren-Nayar are 0."""
-    n, l = normalize(n), normalize(sun.towards)
-    side = add(VIEWER, scale(n, -dot(n, VIEWER)))
-    return dot(side, l) >= 0.01 * math.hypot(*side) * dot(n, l)

@@ -80,8 +80,9 @@ def build_signed(graph: Graph, under: bool) -> Value:
         white = graph.shader_to_rgb(_apart(graph, FAINT, n, WHITE, bent))
         return white * (inputs[name] * (length * share))
 
-    facing = graph.maximum(inputs["Facing"] * far_up, 0.0)
-    total = graph.shader_to_rgb(_apart(graph, facing, n, graph.maximum(inputs["Toward"], 0.0), tangent))
+    # Over far_up, up to 18, inside, times it outside: EEVEE clamps what a world adds to a closure, to a radiance of 10 by default
+    facing, toward = graph.maximum(inputs["Facing"], 0.0), graph.maximum(inputs["Toward"], 0.0) / far_up
+    total = graph.shader_to_rgb(_apart(graph, facing, n, toward, tangent)) * far_up
     total += lobe("Away", back, 0.0)
     total += lobe("Near", tangent, inputs["Near Steep"] * slope * -1.0)
     total += lobe("Far", back + across, far_up, 0.5)
