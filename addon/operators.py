@@ -76,6 +76,8 @@ class TRUE_DIFFUSE_OT_choose_lamps(bpy.types.Operator):
         lights = _lights(context)
         lamps.choose(lights)
         self.report({"INFO"}, f"Mode Lamps follows {', '.join(light.name for light in lights)}")
+        if lamps.LAMPS.trees(linked=True):
+            self.report({"WARNING"}, "Materials linked from other files keep the lamps chosen there")
         return {"FINISHED"}
 
 

@@ -51,10 +51,11 @@ def test_package_holds_only_what_the_extension_runs(package: Path) -> None:
 
 
 def blender_state() -> tuple[set[str], int, list[str]]:
-    """All registered types, the entries of the Add menu, the open handlers."""
+    """All registered types, the entries of the Add and the Object menu, the open handlers."""
     lists = {name: getattr(bpy.app.handlers, name) for name in dir(bpy.app.handlers)}
     handlers = [f"{name}:{len(value)}" for name, value in lists.items() if isinstance(value, list)]
-    return set(dir(bpy.types)), len(bpy.types.NODE_MT_add._dyn_ui_initialize()), handlers
+    entries = sum(len(menu._dyn_ui_initialize()) for menu in (bpy.types.NODE_MT_add, bpy.types.VIEW3D_MT_object))
+    return set(dir(bpy.types)), entries, handlers
 
 
 def test_registering_twice_leaves_blender_as_it_was() -> None:
@@ -62,7 +63,7 @@ def test_registering_twice_leaves_blender_as_it_was() -> None:
     for _ in range(2):
         true_diffuse.register()
         during = blender_state()
-        assert "TRUE_DIFFUSE_MT_add" in during[0] - before[0] and during[1] == before[1] + 1
+        assert "TRUE_DIFFUSE_MT_add" in during[0] - before[0] and during[1] == before[1] + 2
         true_diffuse.unregister()
         assert blender_state() == before
 

@@ -66,9 +66,10 @@ class Group:
 
         A tree of the user's that happens to have the same name is left alone.
         """
-        for tree in bpy.data.node_groups:
-            if tree.get(STAMP) == self.stamp and tree.library is None:
-                return tree
+        trees = self.trees()
+        if trees:
+            # the user's copies of it have the stamp, too, but another name
+            return next((tree for tree in trees if tree.name == self.name), trees[0])
         tree = bpy.data.node_groups.new(self.name, "ShaderNodeTree")
         tree[STAMP] = self.stamp
         tree.description = self.description
@@ -86,14 +87,19 @@ class Group:
         graph.arrange()
         return tree
 
+    def trees(self, linked: bool = False) -> list[bpy.types.ShaderNodeTree]:
+        """Return this group's trees in the current file, its own or those `linked` from others; appended ones come beside."""
+        return [tree for tree in bpy.data.node_groups if tree.get(STAMP) == self.stamp and (tree.library is not None) == linked]
+
     def rebuild(self, build: Callable[["Graph"], Mapping[str, "Value"]]) -> None:
-        """Fill this group's tree in the current file anew, by a `build` with the same outputs: all that use it follow."""
-        tree = self.ensure()
-        tree.nodes.clear()
-        tree.animation_data_clear()
-        graph = Graph(tree)
-        graph.end(build(graph))
-        graph.arrange()
+        """Fill all of this group's own trees in the current file anew, by a `build` with the same outputs: all users follow."""
+        self.ensure()
+        for tree in self.trees():
+            tree.nodes.clear()
+            tree.animation_data_clear()
+            graph = Graph(tree)
+            graph.end(build(graph))
+            graph.arrange()
 
 
 def _add_input(tree: bpy.types.ShaderNodeTree, socket: Socket) -> None:
@@ -246,9 +252,9 @@ class Graph:
         driver.type = "SUM"
         return Value(self, socket)
 
-    def rotation(self, owner: bpy.types.Object, expression: str) -> Value:
+    def rotation(self, label: str, owner: bpy.types.Object, expression: str) -> Value:
         """Return what `expression` makes of the quaternion w, x, y, z of an object's rotation in the world."""
-        driver, socket = self._driven(owner.name)
+        driver, socket = self._driven(label)
         for axis in "WXYZ":
             variable = self._transform(driver, axis.lower(), owner, f"ROT_{axis}")
             variable.targets[0].rotation_mode = "QUATERNION"
@@ -277,14 +283,16 @@ class Graph:
         return self.per_scene("In EEVEE", "1 if engine == 0 else 0", engine="render.engine")
 
     def in_cycles(self, osl: bool) -> Value:
-        """Return 1 where the scene's render engine is another (Cycles) and its Open Shading Language is on or off, else 0.
+        """Return 1 where the scene's render engine is another (Cycles) and uses Open Shading Language or not, else 0.
 
-        It counts as off where this Blender cannot compile it.
+        It counts as used where the scene has it on and renders on the CPU, as few other devices have it.
         """
         if not compiles_osl():
             return self.per_scene("In Cycles", "0" if osl else "1 if engine else 0", engine="render.engine")
-        label, test = ("In Cycles, OSL", "osl") if osl else ("In Cycles", "not osl")
-        return self.per_scene(label, f"1 if engine and {test} else 0", engine="render.engine", osl="cycles.shading_system")
+        paths = {"engine": "render.engine", "osl": "cycles.shading_system", "device": "cycles.device"}
+        if osl:
+            return self.per_scene("In Cycles, OSL", "1 if engine and osl and not device else 0", **paths)
+        return self.per_scene("In Cycles", "1 if engine and (not osl or device) else 0", **paths)
 
     def maximum(self, a: Operand, b: Operand) -> Value:
         return self.calculate("MAXIMUM", a, b)
@@ -394,18 +402,16 @@ class Graph:
         self.link(radiance, node.inputs["Color"])
         return Value(self, node.outputs[0])
 
-    def script(self, stem: str, **inputs: Operand) -> tuple[Value, ...]:
-        """Return the closure of the OSL shader shaders/STEM.osl, or nothing where this Blender cannot compile it.
+    def script(self, stem: str, **inputs: Operand) -> Value:
+        """Return the closure of the OSL shader shaders/STEM.osl; `compiles_osl` says whether that can be.
 
         Cycles without Open Shading Language and EEVEE take it for no closure at all.
         """
-        if not compiles_osl():
-            return ()
         node = self.add("ShaderNodeScript", label=stem)
         compile_osl(node, stem)
         for name, value in inputs.items():
             self.link(value, node.inputs[name])
-        return (Value(self, node.outputs[0]),)
+        return Value(self, node.outputs[0])
 
     def group(self, group: Group, **inputs: Operand) -> dict[str, Value]:
         """Return the outputs of another group by name; its inputs are given by their names with _ for a space."""

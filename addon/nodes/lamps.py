@@ -13,7 +13,7 @@ import bpy
 from .graph import Graph, Group, Value
 
 SLOTS = 4
-KINDS = ("SUN", "POINT", "SPOT", "AREA")
+CHANNELS = ("red", "green", "blue")
 NEAR = 1e-12  # m^2, the least squared distance
 
 
@@ -34,14 +34,14 @@ def build(graph: Graph, chosen: Sequence[bpy.types.Object]) -> dict[str, Value]:
 def lamp(graph: Graph, light: bpy.types.Object) -> tuple[Value, Value]:
     """Return L and E of a light object."""
     data = light.data
-    energy = graph.vector(*(graph.property(light.name, data, f"color[{i}]") for i in range(3))) * (
-        graph.property("Strength", data, "energy") * graph.math("POWER", 2.0, graph.property("Exposure", data, "exposure"))
-    )
+    color = graph.vector(*(graph.property(f"{light.name} {name}", data, f"color[{i}]") for i, name in enumerate(CHANNELS)))
+    strength = graph.property("Strength", data, "energy") * graph.math("POWER", 2.0, graph.property("Exposure", data, "exposure"))
+    energy = color * (strength * (1.0 - graph.property("Hidden", light, "hide_render")))
     # the lamp's own z axis, from the quaternion of its rotation: it shines the other way
     axis = graph.vector(
-        graph.rotation(light, "2*(x*z+w*y)"),
-        graph.rotation(light, "2*(y*z-w*x)"),
-        graph.rotation(light, "1-2*(x*x+y*y)"),
+        graph.rotation(f"{light.name} axis X", light, "2*(x*z+w*y)"),
+        graph.rotation(f"{light.name} axis Y", light, "2*(y*z-w*x)"),
+        graph.rotation(f"{light.name} axis Z", light, "1-2*(x*x+y*y)"),
     )
     if data.type == "SUN":
         return axis, energy

@@ -13,7 +13,9 @@ from .rough_models import IOR, ROUGHNESS, Kind, Lamp, N, Surface, Terms, cycles_
 from .schemes import CYCLES_LOBES, LOBE_PAIR, SIGNED_LOBES, SIGNED_LOBES_UNDER, SINGLE_LOBE
 
 L = Socket("L", "NodeSocketVector", "Unit vector towards the lamp", (0.0, 0.0, 0.0))
-ELSEWHERE = 1e-4  # share of the chosen lamps' irradiance that light from elsewhere counts for
+# Where the chosen lamps together send less than this share of what they could, the color goes over to that for light from
+# elsewhere, or the terminator would be a crease in it.
+FADE = 0.02
 
 
 class Modes(NamedTuple):
@@ -72,13 +74,14 @@ def lamps(surface: Surface, kind: Kind) -> Value | None:
     group = _group("gain", f"{kind.name}, One Lamp", kind, (COLOR, ROUGHNESS, IOR, N, L), lambda inner: build_gain(inner, gain_of))
     places = graph.group(LAMPS)
     inputs = {"Color": surface.color, "Roughness": surface.sigma, "IOR": surface.ior, "N": surface.n}
-    reflected, received = [], []
+    reflected, received, irradiances = [], [], []
     for slot in range(1, SLOTS + 1):
         gain = graph.group(group, **inputs, L=places[f"L {slot}"])
-        irradiance = places[f"E {slot}"] * gain["N.L"]
-        reflected.append(gain["Gain"] * irradiance)
-        received.append(irradiance)
-    elsewhere = graph.maximum(sum(received[1:], received[0]) * ELSEWHERE, 1e-9)
+        irradiances.append(places[f"E {slot}"])
+        received.append(irradiances[-1] * gain["N.L"])
+        reflected.append(gain["Gain"] * received[-1])
+    most = sum(irradiances[1:], irradiances[0]) * FADE
+    elsewhere = graph.maximum(most - sum(received[1:], received[0]), 1e-9)
     shown = sum(reflected, albedo(surface) * elsewhere) / sum(received, elsewhere)
     return graph.diffuse(surface.color * shown, surface.n)
 
@@ -159,7 +162,7 @@ def build_eon_channels(graph: Graph) -> dict[str, Value]:
 
 EON_CHANNELS = Group(
     "eon_channels",
-    ".True Diffuse EON",
+    ".True Diffuse EON Channels",
     "EON",
     1,
     "Cycles: EON, one closure for each channel",

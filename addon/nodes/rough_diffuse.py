@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The node group True Diffuse: one rough diffuse model of many, by the mode of the artist's choice, in either engine.
+"""The node group Rough Diffuse: one rough diffuse model of many, by the mode of the artist's choice, in either engine.
 
 No node sees the light, so a model becomes lobes (`rough_models.py`); where the scene renders with Cycles' Open Shading Language,
 shaders/rough_diffuse.osl takes their place. Menus select before anything is compiled: what is not chosen costs nothing.
 """
 
-from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
+from ..osl import compiles_osl
+from .graph import COLOR, NORMAL, Graph, Group, Operand, Socket, Value
 from .rough_closures import model_group
 from .rough_models import IOR, KINDS, ROUGHNESS
 
@@ -15,8 +16,11 @@ MODE = Socket("Mode", "NodeSocketMenu", "How the model is made of what the engin
 MODES = (
     ("Lobes", "Every light, shadow and bounce, without noise of its own"),
     ("Single", "EEVEE: a single lobe, the fastest and farthest from the model. Cycles: as Lobes"),
-    ("Signed", "EEVEE: the nearest to the model under every light, for some ten times the time. Cycles: as Lobes"),
-    ("Lamps", "Exact for up to four lamps, chosen by Choose Lamps; light from elsewhere as if it came from them"),
+    (
+        "Signed",
+        "EEVEE: the nearest to the model under every light, for several times the time, and a long wait at first. Cycles: as Lobes",
+    ),
+    ("Lamps", "Exact for up to four lamps: select them, then Object > Choose Lamps. Lambert and Pits: as Lobes"),
 )
 
 
@@ -26,21 +30,25 @@ def build(graph: Graph) -> dict[str, Value]:
     cases = []
     for index, kind in enumerate(KINDS):
         closures = graph.group(model_group(kind), Color=color, Roughness=roughness, IOR=ior, N=n)
-        items = {name: ("SHADER", closures[name]) for name, _ in MODES}
-        cases.append((kind.name, kind.description, graph.bundle({**items, "Index": ("FLOAT", float(index))})))
+        items: dict[str, tuple[str, Operand]] = {name: ("SHADER", closures[name]) for name, _ in MODES}
+        items |= {"Index": ("FLOAT", float(index)), "Lobes Only": ("FLOAT", float(kind.one_lamp is None))}
+        cases.append((kind.name, kind.description, graph.bundle(items)))
     chosen = graph.menu(graph.input(MODEL), "BUNDLE", cases)
-    parts = graph.unbundle(chosen, {**{name: "SHADER" for name, _ in MODES}, "Index": "FLOAT"})
-    here = color * graph.in_cycles(osl=True)
-    osl = graph.script(SHADER, Model=parts["Index"], Color=here, Roughness=roughness, IOR=ior, Normal=n)
-    cases = [
-        (name, description, parts[name] if name == "Lamps" else graph.add_shader(parts[name], *osl)) for name, description in MODES
-    ]
-    return {"BSDF": graph.menu(graph.input(MODE), "SHADER", cases)}
+    parts = graph.unbundle(chosen, {name: kind for name, (kind, _) in items.items()})
+    shown = {name: parts[name] for name, _ in MODES}
+    if compiles_osl():
+        inputs = {"Model": parts["Index"], "Roughness": roughness, "IOR": ior, "Normal": n}
+        here = color * graph.in_cycles(osl=True)
+        osl = graph.script(SHADER, Color=here, **inputs)
+        # what has no form for a lamp is made of lobes there, too
+        osl_lamps = graph.script(SHADER, Color=here * parts["Lobes Only"], **inputs)
+        shown = {name: graph.add_shader(shader, osl_lamps if name == "Lamps" else osl) for name, shader in shown.items()}
+    return {"BSDF": graph.menu(graph.input(MODE), "SHADER", [(name, text, shown[name]) for name, text in MODES])}
 
 
 ROUGH_DIFFUSE = Group(
     key="rough_diffuse",
-    name="True Diffuse",
+    name="Rough Diffuse",
     label="Rough Diffuse",
     version=1,
     description="Rough diffuse reflection: chalk, clay, plaster, felt, dusty skin",

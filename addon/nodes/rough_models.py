@@ -21,11 +21,12 @@ HEAD_ON = 1e-6  # keeps the tangent defined where V = N; all that follows it is 
 ROUGHNESS = Socket(
     "Roughness",
     "NodeSocketFloat",
-    "Oren-Nayar: sigma, the standard deviation of the slope angles of the surface's facets, in radians. "
-    "Fujii, EON, Cycles Diffuse: 0 to 1. At 0 all are Lambert. Wolff and Pits have none",
+    "0 is Lambert, chalk and clay are 0.3 to 0.5. Oren-Nayar: sigma, the spread of the facets' slope angles in radians. "
+    "Fujii, EON, Cycles Diffuse: 0 to 1",
     0.33,
     0.0,
     math.pi / 2,
+    subtype="FACTOR",
 )
 IOR = Socket("IOR", "NodeSocketFloat", "Index of refraction of Wolff's dielectric", 1.5, 1.0, 3.0)
 N = Socket("N", "NodeSocketVector", "Shading normal at unit length", (0.0, 0.0, 0.0))

@@ -31,7 +31,7 @@ def build(graph: Graph) -> dict[str, Value]:
 
 SPECULAR_GROUP = Group(
     key="specular",
-    name="True Diffuse Specular",
+    name="Standard Specular",
     label="Standard Specular",
     version=1,
     description="Standard specular: a highlight of fixed weight over a Lambert base, as games used to shade",
