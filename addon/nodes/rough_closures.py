@@ -15,7 +15,7 @@ from .schemes import CYCLES_LOBES, LOBE_PAIR, SIGNED_LOBES, SIGNED_LOBES_UNDER, 
 L = Socket("L", "NodeSocketVector", "Unit vector towards the lamp", (0.0, 0.0, 0.0))
 # Where the chosen lamps together send less than this share of what they could, the color goes over to that for light from
 # elsewhere, or the terminator would be a crease in it.
-FADE = 0.02
+FADE = 0.005
 
 
 class Modes(NamedTuple):
