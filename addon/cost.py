@@ -23,8 +23,8 @@ OPERATIONS = {"+": 1, "-": 1, "*": 1, "/": 1, "?": 1, "max": 1, "min": 1, "sqrt"
 SIZE, EVALUATIONS = 256, 200  # pixels each way, and evaluations in each
 ROUNDS = 5
 SIGMA = 0.33
-FRAME = 192  # pixels across the sphere
-SAMPLES = {EEVEE: 4, CYCLES: 256}
+FRAME = 128  # pixels across the sphere
+SAMPLES = {EEVEE: 4, CYCLES: 32}
 
 COSINES = "float l_dot_n = dot(n, l); float e_dot_n = dot(n, e);"
 COEFFICIENTS = "float s2 = sigma * sigma; a = 1.0 - 0.5 * s2 / (s2 + 0.33); b = 0.45 * s2 / (s2 + 0.09);"
