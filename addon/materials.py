@@ -43,12 +43,11 @@ def create_plain(name: str) -> tuple[bpy.types.Material, bpy.types.Node]:
 
 
 def add_group(tree: bpy.types.ShaderNodeTree, group: Group) -> bpy.types.Node:
-    """Return a new node in `tree` that holds `group`; see `thicken` for what else may come with it."""
+    """Return a new node in `tree` that holds `group`."""
     node = tree.nodes.new("ShaderNodeGroup")
     node.node_tree = group.ensure()
     node.name = group.name
     node.width = 220.0
-    thicken(tree)
     return node
 
 

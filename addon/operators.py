@@ -3,7 +3,7 @@
 
 import bpy
 
-from .materials import add_group
+from .materials import add_group, thicken
 from .nodes import GROUPS, lamps
 
 
@@ -44,6 +44,7 @@ class TRUE_DIFFUSE_OT_add_group(bpy.types.Operator):
         for node in tree.nodes:
             node.select = False
         node = add_group(tree, group)
+        thicken(tree)
         node.location = context.space_data.cursor_location
         tree.nodes.active = node
         return {"FINISHED"}

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from console import BadInput, Parser, Terminal, script_arguments
-from frame import ENGINE_KEYS, engine_list, run_script, sample_count, start_blender
+from frame import ENGINE_KEYS, empty_file, engine_list, run_script, sample_count, start_blender
 from outputs import Staging
 
 if TYPE_CHECKING:
@@ -162,6 +162,7 @@ def measure(options: Namespace, staging: Staging, terminal: Terminal) -> None:
 
     records = []
     for key in [options.only] if options.only else MEASURES:
+        empty_file()  # none may inherit another's scene: `rough` ends with Open Shading Language on
         records += MEASURES[key](options, engines, terminal)
     staging.write_json(options.out.name, {"records": records, "environment": comparison.environment(engines)})
     staging.publish()

@@ -54,6 +54,13 @@ def run_script(prog: str, folder: Path, work: Callable[[Staging, Terminal], None
     return 0
 
 
+def empty_file() -> None:
+    """Start from a file with nothing in it, and the scene's settings as Blender has them."""
+    import bpy
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
 def start_blender(keys: Sequence[str], terminal: Terminal) -> list["Engine"]:
     """Load an empty file, make `true_diffuse` importable, and return the engines of `keys` that run here.
 
@@ -61,7 +68,7 @@ def start_blender(keys: Sequence[str], terminal: Terminal) -> list["Engine"]:
     """
     terminal.say("Loading Blender")
     try:
-        import bpy
+        import bpy  # noqa: F401 - where that fails, it is said in one line
     except ImportError as error:
         raise BadInput(f"Blender's module cannot be loaded: {error}") from error
 
@@ -73,7 +80,7 @@ def start_blender(keys: Sequence[str], terminal: Terminal) -> list["Engine"]:
         render.openimageio()
     except ImportError:
         raise BadInput("this Blender lacks OpenImageIO, which reads the renders (Debian: python3-openimageio)") from None
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    empty_file()
     chosen = [engines.ENGINES[key] for key in keys]
     if engines.EEVEE in chosen and not engines.eevee_runs_here():
         terminal.say("EEVEE finds no graphics driver here and is left out")
