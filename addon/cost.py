@@ -11,10 +11,12 @@ import bpy
 
 import gpu
 
+from ..scenes.five_characters import FiveCharacters
 from ..scenes.sphere import SphereUnderSun
-from . import materials
+from . import engines, materials
 from .comparison import Progress, Record
 from .engines import CYCLES, EEVEE, Engine
+from .measure import render
 from .measure.glsl import VERTEX, source, triangle
 from .nodes import ROUGH_DIFFUSE, lamps
 
@@ -23,8 +25,10 @@ OPERATIONS = {"+": 1, "-": 1, "*": 1, "/": 1, "?": 1, "max": 1, "min": 1, "sqrt"
 SIZE, EVALUATIONS = 256, 200  # pixels each way, and evaluations in each
 ROUNDS = 5
 SIGMA = 0.33
-FRAME = 128  # pixels across the sphere
+FRAME = 256  # pixels across the sphere
+FRAME_OF_FIVE = (400, 180)
 SAMPLES = {EEVEE: 4, CYCLES: 32}
+SAMPLES_OF_FIVE = {EEVEE: 4, CYCLES: 16}
 
 COSINES = "float l_dot_n = dot(n, l); float e_dot_n = dot(n, e);"
 COEFFICIENTS = "float s2 = sigma * sigma; a = 1.0 - 0.5 * s2 / (s2 + 0.33); b = 0.45 * s2 / (s2 + 0.09);"
@@ -143,41 +147,60 @@ LOOKS = (
 )
 
 
-def groups(sphere: SphereUnderSun, used: Sequence[Engine], progress: Progress) -> Iterator[Record]:
-    """Yield a record for each look: its render time and that of Blender's own Diffuse BSDF of the same roughness, in turns.
+def groups(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine], progress: Progress) -> Iterator[Record]:
+    """Yield a record for each look and scene: its render time and that of Blender's own Diffuse BSDF of the same roughness, in turns.
 
-    Shaders are compiled before the first of ROUNDS. Each look is one unit of work to `progress`.
+    The sphere under its sun, filling the frame and without bounces, is little but the material; the five characters are what an
+    artist renders. Each look and scene is one unit of work to `progress`.
     """
-    lamps.choose([sphere.sun])
     own, node = materials.create_plain("Diffuse BSDF")
     node.inputs["Roughness"].default_value = SIGMA
     for look in LOOKS:
         if look.engine not in used:
             continue
-        sphere.scene.cycles.shading_system = look.osl
-        material = materials.create(look.mode, ROUGH_DIFFUSE, Model=look.model, Mode=look.mode, Roughness=SIGMA)
-        with progress.step(f"{look.engine.label}  {look.mode}  {look.model}", 1.0):
-            seconds: dict[bpy.types.Material, list[float]] = {own: [], material: []}
-            for turn in range(-1, ROUNDS):
-                for shown, times in seconds.items():
-                    taken, _ = sphere.radiance(shown, [sphere.sun], None, look.engine, SAMPLES[look.engine], look.shadows)
-                    if turn >= 0:
-                        times.append(taken)
-        yield {
-            "home": "osl" if look.osl else "nodes",
-            "engine": look.engine.key,
-            "mode": look.mode,
-            "model": look.model,
-            "shadows": look.shadows,
-            "render_seconds": median(seconds[material]),
-            "own_seconds": median(seconds[own]),
-            "ratio": median(mine / theirs for mine, theirs in zip(seconds[material], seconds[own], strict=True)),
-        }
+
+        def of_sphere(material: bpy.types.Material, look: Look = look) -> float:
+            return sphere.radiance(material, [sphere.sun], None, look.engine, SAMPLES[look.engine], look.shadows)[0]
+
+        def of_five(material: bpy.types.Material, look: Look = look) -> float:
+            for character in five.characters:
+                character.subject.material_slots[0].material = material
+            five.scene.eevee.use_shadows = look.shadows
+            engines.use(five.scene, look.engine, SAMPLES_OF_FIVE[look.engine])
+            start = time.perf_counter()
+            render.render(five.scene)
+            return time.perf_counter() - start
+
+        for scene, sun, seconds_of in ((sphere.scene, sphere.sun, of_sphere), (five.scene, five.key, of_five)):
+            lamps.choose([sun])
+            scene.cycles.shading_system = look.osl
+            material = materials.create(look.mode, ROUGH_DIFFUSE, Model=look.model, Mode=look.mode, Roughness=SIGMA)
+            where = "sphere" if scene is sphere.scene else "five characters"
+            with progress.step(f"{look.engine.label}  {look.mode}  {look.model}  {where}", 1.0):
+                mine, theirs = _in_turns(seconds_of, material, own)
+            yield {
+                "scene": where,
+                "home": "osl" if look.osl else "nodes",
+                "engine": look.engine.key,
+                "mode": look.mode,
+                "model": look.model,
+                "shadows": look.shadows,
+                "render_seconds": median(mine),
+                "own_seconds": median(theirs),
+                "ratio": median(a / b for a, b in zip(mine, theirs, strict=True)),
+            }
+
+
+def _in_turns[Item](seconds_of: Callable[[Item], float], first: Item, second: Item) -> tuple[list[float], list[float]]:
+    """Return the seconds of either in ROUNDS turns, after one that counts for nothing, as shaders are compiled in it."""
+    seconds_of(first), seconds_of(second)
+    turns = [(seconds_of(first), seconds_of(second)) for _ in range(ROUNDS)]
+    return [turn[0] for turn in turns], [turn[1] for turn in turns]
 
 
 def work(used: Sequence[Engine]) -> int:
     """Return how many units of work `forms` and `groups` have."""
-    return (EEVEE in used) + sum(look.engine in used for look in LOOKS)
+    return (EEVEE in used) + 2 * sum(look.engine in used for look in LOOKS)
 
 
 def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
@@ -190,5 +213,6 @@ def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, .
         else:
             what = f"{record['mode']}, {record['model']}{', OSL' if record['home'] == 'osl' else ''}"
             shadows = "shadows" if record["shadows"] else "no shadows"
-            rows.append((record["engine"], what, shadows, f"{record['render_seconds']:.2f} s", f"{record['ratio']:.2f}"))
+            where = f"{record['engine']}, {record['scene']}"
+            rows.append((where, what, shadows, f"{record['render_seconds']:.2f} s", f"{record['ratio']:.2f}"))
     return ("Where", "What", "Operations or shadows", "Time", "Over Blender's Diffuse"), rows

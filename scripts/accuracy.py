@@ -85,11 +85,17 @@ def cost(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> li
     """Time equation (1) in GLSL, and the node group against Blender's own Diffuse BSDF."""
     from true_diffuse.addon import cost
     from true_diffuse.addon.engines import EEVEE
+    from true_diffuse.scenes import character, five_characters
     from true_diffuse.scenes.sphere import sphere_under_sun
 
+    try:
+        mesh = character.load("human")
+    except character.CharacterError as error:
+        raise BadInput(str(error)) from error
+    sphere, five = sphere_under_sun(cost.FRAME), five_characters.build(mesh, 0.8, True, cost.FRAME_OF_FIVE)
     with terminal.progress(cost.work(engines)) as progress:
         records = list(cost.forms(progress)) if EEVEE in engines else []
-        records += cost.groups(sphere_under_sun(cost.FRAME), engines, progress)
+        records += cost.groups(sphere, five, engines, progress)
     terminal.table("Cost", *cost.table(records))
     return records
 

@@ -200,7 +200,7 @@ def test_open_shading_language_is_left_to_the_processor() -> None:
     scene.render.engine, scene.cycles.shading_system, scene.cycles.device = "CYCLES", True, "GPU"
     bpy.context.view_layer.update()
     tree = bpy.data.node_groups[ROUGH_DIFFUSE.name].evaluated_get(bpy.context.evaluated_depsgraph_get())
-    (osl,) = (node for node in tree.nodes if node.label == "In Cycles, OSL")
+    (osl,) = (node for node in tree.nodes if node.label == "Uses OSL")
     assert osl.outputs[0].default_value == 0.0
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..osl import compile_osl, compiles_osl
+from ..osl import compile_osl
 
 STAMP = "true_diffuse"  # custom property that marks a tree as ours: "key/version"
 # Layout in the node editor's units: the width of a column, and what a node and each of its input sockets take of its height.
@@ -282,17 +282,19 @@ class Graph:
         """Return 1 where the scene's render engine is EEVEE, the first entry of Blender's list of engines, else 0."""
         return self.per_scene("In EEVEE", "1 if engine == 0 else 0", engine="render.engine")
 
-    def in_cycles(self, osl: bool) -> Value:
-        """Return 1 where the scene's render engine is another (Cycles) and uses Open Shading Language or not, else 0.
+    def uses_osl(self) -> Value:
+        """Return 1 where the scene renders with another engine (Cycles) and Open Shading Language, else 0; for a Blender with OSL.
 
         It counts as used where the scene has it on and renders on the CPU, as few other devices have it.
         """
-        if not compiles_osl():
-            return self.per_scene("In Cycles", "0" if osl else "1 if engine else 0", engine="render.engine")
         paths = {"engine": "render.engine", "osl": "cycles.shading_system", "device": "cycles.device"}
-        if osl:
-            return self.per_scene("In Cycles, OSL", "1 if engine and osl and not device else 0", **paths)
-        return self.per_scene("In Cycles", "1 if engine and (not osl or device) else 0", **paths)
+        return self.per_scene("Uses OSL", "1 if engine and osl and not device else 0", **paths)
+
+    def multiply_add(self, a: Operand, b: Operand, c: Operand) -> Value:
+        """Return a b + c in one node; with a vector among them, numbers count for each component."""
+        if any(isinstance(x, Value) and x.is_vector for x in (a, b, c)):
+            return self.vector_math("MULTIPLY_ADD", a, b, c)
+        return self.math("MULTIPLY_ADD", a, b, c)
 
     def maximum(self, a: Operand, b: Operand) -> Value:
         return self.calculate("MAXIMUM", a, b)
@@ -336,14 +338,14 @@ class Graph:
         So it is where the input is NaN. What is longer than LONGEST counts as that long along each axis.
         """
         given = self.input(NORMAL)
+        unit = self.normalize(self.clamp(given, -LONGEST, LONGEST))  # a Mix would let NaN through even at factor 0
         is_given = self.math("GREATER_THAN", self.vector_math("LENGTH", given, output="Value"), 0.0)
         choice = self.add("ShaderNodeMix", data_type="VECTOR", factor_mode="UNIFORM")
         factor, own, other = (s for s in choice.inputs if s.enabled)
         self.link(is_given, factor)
         self.link(self.geometry("Normal"), own)
-        self.link(self.clamp(given, -LONGEST, LONGEST), other)  # a Mix would let NaN through even at factor 0
-        result = next(s for s in choice.outputs if s.enabled)
-        return self.vector_math("NORMALIZE", Value(self, result))
+        self.link(unit, other)
+        return Value(self, next(s for s in choice.outputs if s.enabled))
 
     def diffuse(self, color: Operand, normal: Value, roughness: Operand = 0.0) -> Value:
         """Return a Diffuse closure around `normal`: Lambert at `roughness` 0, else what the engine makes of it."""
@@ -384,11 +386,16 @@ class Graph:
             first = Value(self, node.outputs[0])
         return first
 
-    def share(self, factor: Operand, shader: Value) -> Value:
-        """Return a closure times `factor` in [0, 1]."""
+    def mix_shader(self, factor: Operand, first: Value | None, second: Value) -> Value:
+        """Return `first` (None: black) at `factor` 0, `second` at 1, and between them a share of each.
+
+        Where the factor is 0 or 1 everywhere, Cycles leaves the other one and all that feeds it out.
+        """
         node = self.add("ShaderNodeMixShader")
         self.link(factor, node.inputs[0])
-        self.link(shader, node.inputs[2])
+        if first is not None:
+            self.link(first, node.inputs[1])
+        self.link(second, node.inputs[2])
         return Value(self, node.outputs[0])
 
     def shader_to_rgb(self, shader: Value) -> Value:

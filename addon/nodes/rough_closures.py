@@ -10,7 +10,7 @@ from ..models.lobe_table import TABLE
 from .graph import COLOR, Graph, Group, Number, Socket, Value
 from .lamps import LAMPS, SLOTS
 from .rough_models import IOR, ROUGHNESS, Kind, Lamp, N, Surface, Terms, cycles_diffuse, eon, fujii, oren_nayar
-from .schemes import CYCLES_LOBES, LOBE_PAIR, SIGNED_LOBES, SIGNED_LOBES_UNDER, SINGLE_LOBE
+from .schemes import AWAY_LOBE, LOBE_PAIR, ONCE, SIGNED_LOBES, SIGNED_LOBES_UNDER, SINGLE_LOBE
 
 L = Socket("L", "NodeSocketVector", "Unit vector towards the lamp", (0.0, 0.0, 0.0))
 # Where the chosen lamps together send less than this share of what they could, the color goes over to that for light from
@@ -32,7 +32,7 @@ def modes(surface: Surface, terms: Terms, kind: Kind) -> Modes:
     graph, color = surface.graph, surface.color
     family = next(iter(terms.functions), None)
     if family is None:
-        shown = graph.diffuse(color * terms.facing * (1.0 - graph.in_cycles(osl=True)), surface.n)
+        shown = graph.diffuse(color * terms.facing, surface.n)
         return Modes(shown, shown, shown, lamps(surface, kind) or shown)
 
     def weights(scheme: str) -> list[Number]:
@@ -58,8 +58,9 @@ def modes(surface: Surface, terms: Terms, kind: Kind) -> Modes:
         LOBE_PAIR, **frame, Facing=color * (terms.facing + z), Toward=color * bent, Up=up.up_0 + surface.mu * up.up_1
     )["BSDF"]
     signed = signed_lobes(surface, terms, weights(SIGNED), frame)
-    lobes = graph.add_shader(pair, in_cycles)
-    return Modes(lobes, graph.add_shader(single, in_cycles), graph.add_shader(signed, in_cycles), lamps(surface, kind) or lobes)
+    in_eevee = graph.in_eevee()
+    lobes, single, signed = (graph.mix_shader(in_eevee, in_cycles, shader) for shader in (pair, single, signed))
+    return Modes(lobes, single, signed, lamps(surface, kind) or lobes)
 
 
 def lamps(surface: Surface, kind: Kind) -> Value | None:
@@ -119,23 +120,22 @@ def signed_lobes(surface: Surface, terms: Terms, weights: list[Number], frame: d
 def cycles(surface: Surface, terms: Terms, kind: Kind, weights: Callable[[str], list[Number]]) -> Value:
     """Return the closures of a rough model in Cycles without OSL."""
     graph, color = surface.graph, surface.color
-    frame = {"N": surface.n, "Tangent": surface.tangent}
     if kind.terms is cycles_diffuse:
-        return graph.diffuse(color * graph.in_cycles(osl=False), surface.n, surface.r)
+        return graph.diffuse(color, surface.n, surface.r)
     if kind.terms is eon:
         return graph.group(EON_CHANNELS, N=surface.n, Color=color, Roughness=surface.r, Average=surface.fujii_average)["BSDF"]
     if kind.terms is fujii:
-        return graph.group(CYCLES_LOBES, **frame, Fujii=color, Roughness=surface.r)["BSDF"]
+        return graph.group(ONCE, N=surface.n, Color=color, Roughness=surface.r)["BSDF"]
     z, function, away = weights(CYCLES)
     base = terms.facing + z
     if kind.terms is oren_nayar:
         weight = base + K1 * function
-        return graph.group(CYCLES_LOBES, **frame, Fujii=color * weight, Roughness=function / base, Away=color * away)["BSDF"]
+        once = graph.group(ONCE, N=surface.n, Color=color * weight, Roughness=function / base)["BSDF"]
+        return graph.add_shader(once, graph.group(AWAY_LOBE, N=surface.n, Tangent=surface.tangent, Away=color * away)["BSDF"])
     # A roughness of 1 and the rest to Lambert: so each channel can have a share of its own.
     rough = graph.minimum(function, base)
-    return graph.group(CYCLES_LOBES, **frame, Fujii=color * rough * (1.0 + K1), Roughness=1.0, Facing=color * (base - rough))[
-        "BSDF"
-    ]
+    once = graph.group(ONCE, N=surface.n, Color=color * rough * (1.0 + K1), Roughness=1.0)["BSDF"]
+    return graph.add_shader(once, graph.diffuse(color * (base - rough), surface.n))
 
 
 def build_eon_channels(graph: Graph) -> dict[str, Value]:
@@ -146,7 +146,6 @@ def build_eon_channels(graph: Graph) -> dict[str, Value]:
     """
     n, color, roughness, average = map(graph.input, EON_CHANNELS.inputs)
     k = 1.0 - average
-    here = graph.in_cycles(osl=False)
     separate = graph.add("ShaderNodeSeparateXYZ")
     graph.link(color, separate.inputs[0])
     closures = []
@@ -156,7 +155,7 @@ def build_eon_channels(graph: Graph) -> dict[str, Value]:
         qk = q * k
         a = graph.maximum(0.5 * (graph.sqrt(qk * qk + 4.0 * q) - qk), 1e-6)
         only = tuple(float(i == channel) for i in range(3))
-        closures.append(graph.share(rho / a * here, graph.diffuse(graph.scale(only, a), n, roughness)))
+        closures.append(graph.mix_shader(rho / a, None, graph.diffuse(graph.scale(only, a), n, roughness)))
     return {"BSDF": graph.add_shader(*closures)}
 
 

@@ -38,11 +38,11 @@ def build(graph: Graph) -> dict[str, Value]:
     shown = {name: parts[name] for name, _ in MODES}
     if compiles_osl():
         inputs = {"Model": parts["Index"], "Roughness": roughness, "IOR": ior, "Normal": n}
-        here = color * graph.in_cycles(osl=True)
-        osl = graph.script(SHADER, Color=here, **inputs)
+        osl = graph.script(SHADER, Color=color, **inputs)
+        here = graph.uses_osl()
         # what has no form for a lamp is made of lobes there, too
-        osl_lamps = graph.script(SHADER, Color=here * parts["Lobes Only"], **inputs)
-        shown = {name: graph.add_shader(shader, osl_lamps if name == "Lamps" else osl) for name, shader in shown.items()}
+        lobes_only = here * parts["Lobes Only"]
+        shown = {name: graph.mix_shader(lobes_only if name == "Lamps" else here, shader, osl) for name, shader in shown.items()}
     return {"BSDF": graph.menu(graph.input(MODE), "SHADER", [(name, text, shown[name]) for name, text in MODES])}
 
 

@@ -48,9 +48,10 @@ class Surface:
         self.sigma = graph.clamp(graph.input(ROUGHNESS), 0.0, 100.0)
         self.n = graph.input(N)
         self.v = graph.geometry("Incoming")
-        self.mu = graph.clamp(graph.dot(self.n, self.v), 0.0, 1.0)
-        self.sine = graph.sqrt(1.0 - self.mu * self.mu)
-        self.tangent = graph.normalize(self.v - self.n * (self.mu - HEAD_ON))
+        self.mu = graph.maximum(graph.dot(self.n, self.v), 0.0)
+        across = self.v - self.n * (self.mu - HEAD_ON)
+        self.sine = graph.vector_math("LENGTH", across, output="Value")
+        self.tangent = graph.normalize(across)
         self.weights: dict[Weight, Number] = {}
 
     @cached_property
@@ -123,8 +124,8 @@ class Surface:
             return constant
         total: Number = factors.pop()
         while factors:
-            total = self.mu * total + factors.pop()
-        return self.sine * total + constant
+            total = self.graph.multiply_add(self.mu, total, factors.pop())
+        return self.graph.multiply_add(self.sine, total, constant)
 
 
 class Lamp:

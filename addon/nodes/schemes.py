@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Inner node groups: the closures of each scheme in `models/lobes.py`, given the color of each lobe.
 
-A driver makes each of them reflect nothing outside its own engine; both engines drop closures of weight 0.
-
 EEVEE keeps one closure of a kind per pixel and picks at random among several; a material that is also translucent keeps its Diffuse
 closure apart from its Subsurface one. So a Subsurface closure without any scattering, a Diffuse one and a Translucent one without
 any color shade two lobes in every sample, without noise. It also cuts the light from behind the first one's normal off from all.
@@ -59,14 +57,13 @@ def build_single(graph: Graph) -> Value:
     d = n * graph.mean(facing) + tangent * graph.mean(toward)
     bent = graph.normalize(d)
     color = facing * graph.dot(bent, n) + toward * graph.dot(bent, tangent)
-    return graph.diffuse(graph.maximum(color, 0.0) * graph.in_eevee(), bent)
+    return graph.diffuse(graph.maximum(color, 0.0), bent)
 
 
 def build_pair(graph: Graph) -> Value:
     n, tangent, facing, toward, up = map(graph.input, LOBE_PAIR.inputs)
     bent, length = _along(graph, tangent, n, up)
-    here = graph.in_eevee()
-    return _apart(graph, graph.maximum(facing, 0.0) * here, n, graph.maximum(toward, 0.0) * (length * here), bent)
+    return _apart(graph, graph.maximum(facing, 0.0), n, graph.maximum(toward, 0.0) * length, bent)
 
 
 def build_signed(graph: Graph, under: bool) -> Value:
@@ -92,20 +89,21 @@ def build_signed(graph: Graph, under: bool) -> Value:
     total += lobe("Far", back - across, far_up, 0.5)
     if under:
         total += lobe("Under", back, inputs["Under Up"])
-    here = graph.in_eevee()
-    base = graph.diffuse(graph.maximum(inputs["Base"], 0.0) * here, n)
-    return graph.add_shader(base, graph.emission(graph.maximum(total, 0.0) * here))
+    base = graph.diffuse(graph.maximum(inputs["Base"], 0.0), n)
+    return graph.add_shader(base, graph.emission(graph.maximum(total, 0.0)))
 
 
-def build_cycles(graph: Graph) -> Value:
-    n, tangent, fujii, roughness, facing, away = map(graph.input, CYCLES_LOBES.inputs)
-    here = graph.in_cycles(osl=False)
-    base = graph.diffuse(graph.maximum(fujii, 0.0) * (here * 0.5**DOUBLINGS), n, roughness)
+def build_once(graph: Graph) -> Value:
+    n, color, roughness = map(graph.input, ONCE.inputs)
+    base = graph.diffuse(color * 0.5**DOUBLINGS, n, roughness)
     for _ in range(DOUBLINGS):
         base = graph.add_shader(base, base)
-    bent, _ = _along(graph, tangent * -1.0, n, 1.0 / math.tan(CYCLES_AWAY))
-    lambert = graph.diffuse(graph.maximum(facing, 0.0) * here, n)
-    return graph.add_shader(base, lambert, graph.diffuse(graph.maximum(away, 0.0) * here, bent))
+    return base
+
+
+def build_away(graph: Graph) -> Value:
+    n, tangent, color = map(graph.input, AWAY_LOBE.inputs)
+    return graph.diffuse(graph.maximum(color, 0.0), graph.multiply_add(tangent, -math.tan(CYCLES_AWAY), n))
 
 
 def _inner(key: str, label: str, description: str, inputs: tuple[Socket, ...], build: Callable[[Graph], Value]) -> Group:
@@ -146,17 +144,11 @@ SIGNED_LOBES_UNDER = _inner(
     (*_SIGNED, _vector("Under", "Color of the lobe from under the surface"), _number("Under Up", "How far it rises, below 0")),
     partial(build_signed, under=True),
 )
-CYCLES_LOBES = _inner(
-    "cycles",
-    "Cycles Lobes",
-    "Cycles: Fujii's model without multiple scattering, a Lambert lobe and one away from the viewer",
-    (
-        N,
-        TANGENT,
-        _vector("Fujii", "Color of Fujii's model"),
-        _number("Roughness", "Roughness of Fujii's model, 0 to 1"),
-        FACING,
-        AWAY,
-    ),
-    build_cycles,
+ONCE = _inner(
+    "once",
+    "Reflected Once",
+    "Cycles: Fujii's model without multiple scattering",
+    (N, _vector("Color", "Color of the lobe"), _number("Roughness", "Roughness of Fujii's model, 0 to 1")),
+    build_once,
 )
+AWAY_LOBE = _inner("away", "Away Lobe", "Cycles: a lobe away from the viewer", (N, TANGENT, AWAY), build_away)
