@@ -11,27 +11,9 @@ from there, so the second bracket is 1 - F(theta_r, n): the model is reciprocal.
 import math
 from dataclasses import dataclass, field
 
+from .fresnel import Boundary
 from .geometry import clamp, geometry
 from .vector import Vector
-
-
-@dataclass(frozen=True)
-class Boundary:
-    """A smooth boundary from vacuum to a dielectric; `ior` n >= 1."""
-
-    ior: float
-    bend: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Fold sqrt(n^2 - 1)."""
-        object.__setattr__(self, "bend", math.sqrt((self.ior - 1.0) * (self.ior + 1.0)))
-
-    def transmittance(self, mu: float) -> float:
-        """Return 1 - F of unpolarized light at the cosine `mu` > 0 of the angle outside; in [0, 1]."""
-        n, n_cos_t = self.ior, math.hypot(self.bend, mu)  # n cos(theta_t) by Snell's law
-        # 4 a b / (a + b)^2 for either polarization: 1 - F as a difference would lose its digits at grazing incidence.
-        across, along = mu + n_cos_t, n * mu + n_cos_t / n
-        return 2.0 * (mu / across * (n_cos_t / across) + n * mu / along * (n_cos_t / n / along))
 
 
 @dataclass(frozen=True)
