@@ -148,7 +148,7 @@ LOOKS = (
 
 
 def groups(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine], progress: Progress) -> Iterator[Record]:
-    """Yield a record for each look and scene: its render time and that of Blender's own Diffuse BSDF of the same roughness, in turns.
+    """Yield, for each look and scene, its render time and that of Blender's own Diffuse BSDF of the same roughness, in turns.
 
     The sphere under its sun, filling the frame and without bounces, is little but the material; the five characters are what an
     artist renders. Each look and scene is one unit of work to `progress`.

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import bpy
 
-from .nodes import Group
+from .nodes import SUBSURFACE, Group
 from .nodes.graph import STAMP
 from .osl import compile_osl
 
@@ -71,7 +71,10 @@ def _transmits(node: bpy.types.Node) -> bool:
     if node.type == "BSDF_PRINCIPLED":
         weights = (node.inputs["Transmission Weight"], node.inputs["Subsurface Weight"])
         return any(weight.is_linked or weight.default_value > 0.0 for weight in weights)
-    return node.type in TRANSMITTING or (node.type == "GROUP" and not (node.node_tree and STAMP in node.node_tree))
+    if node.type == "GROUP":
+        ours = node.node_tree and node.node_tree.get(STAMP)
+        return not ours or ours == SUBSURFACE.stamp
+    return node.type in TRANSMITTING
 
 
 def _blank(name: str) -> bpy.types.Material:

@@ -37,6 +37,8 @@ from .albedo import (
     van_de_hulst_inverse,
 )
 from .burley import EDGE_WIDTH_10_90, EDGE_WIDTH_25_75, Burley, diffuse_mfp, searchlight_dmfp, searchlight_mfp
+from .coat import mean_fresnel
+from .conversion import edge_width
 from .cycles_diffuse import CyclesDiffuse
 from .dipole import BetterDipole, StandardDipole, standard_inverse
 from .eon import Eon
@@ -82,6 +84,8 @@ __all__ = (
     "diffuse_albedo_fit",
     "diffuse_mfp",
     "directional_albedo",
+    "edge_width",
+    "mean_fresnel",
     "plane_albedo",
     "searchlight_dmfp",
     "searchlight_mfp",

@@ -17,6 +17,7 @@ Every albedo and reflectance is clamped to [0, 1], NaN to 0; cosines to [0, 1].
 
 import functools
 import math
+from typing import NamedTuple
 
 from .geometry import clamp
 from .quadrature import gauss_legendre
@@ -76,23 +77,46 @@ def diffuse_albedo(albedo: float) -> float:
     return min(1.0, sum(2.0 * weight * v**3 * plane_albedo(albedo, v * v) for v, weight in nodes))
 
 
+class Rational(NamedTuple):
+    """R = (1 - s)(1 - p s) / (1 + q s + r s^2), the form of all fits to a half-space's reflectance; s = sqrt(1 - alpha)."""
+
+    p: float
+    q: float
+    r: float
+
+    def reflectance(self, s: float) -> float:
+        """Return R in [0, 1]."""
+        return (1.0 - s) * (1.0 - self.p * s) / (1.0 + s * (self.q + s * self.r))
+
+    def s(self, reflectance: float) -> float:
+        """Return the s in [0, 1] at which R is `reflectance`, in [0, 1]."""
+        b = 1.0 + self.p + self.q * reflectance
+        root = math.sqrt(b * b - 4.0 * (self.p - self.r * reflectance) * (1.0 - reflectance))
+        return min(1.0, 2.0 * (1.0 - reflectance) / (b + root))
+
+    def albedo(self, reflectance: float) -> float:
+        """Return alpha = 1 - s^2 in [0, 1]."""
+        s = self.s(reflectance)
+        return (1.0 - s) * (1.0 + s)
+
+
 # diffuse_albedo as a rational function of s = sqrt(1 - alpha), R = (1 - s)(1 - P s) / (1 + Q s + S s^2): van de Hulst's form with
 # one more term. Q and S are set by the exact slopes at both ends, dR/ds = -4 / sqrt(3) at s = 0 and dR/dalpha = (2/3)(1 - ln 2) at
 # alpha = 0; P by the least largest relative error.
 P = -0.3415
 Q = 4.0 / math.sqrt(3.0) - 1.0 - P
-S = 0.75 * (1.0 - P) / (1.0 - LN_2) - 1.0 - Q
+DIFFUSE = Rational(P, Q, 0.75 * (1.0 - P) / (1.0 - LN_2) - 1.0 - Q)
+VAN_DE_HULST = Rational(0.139, 1.17, 0.0)
 
 
 def diffuse_albedo_fit(albedo: float) -> float:
     """Return `diffuse_albedo` to 2e-5 of it, in closed form."""
-    s = math.sqrt(1.0 - clamp(albedo, 0.0, 1.0))
-    return (1.0 - s) * (1.0 - P * s) / (1.0 + s * (Q + s * S))
+    return DIFFUSE.reflectance(math.sqrt(1.0 - clamp(albedo, 0.0, 1.0)))
 
 
 def single_scattering_albedo_fit(reflectance: float) -> float:
     """Return the alpha of which `diffuse_albedo_fit` is `reflectance`, in closed form; in [0, 1]."""
-    return _from_quadratic(clamp(reflectance, 0.0, 1.0), P, Q, S)
+    return DIFFUSE.albedo(clamp(reflectance, 0.0, 1.0))
 
 
 def single_scattering_albedo(reflectance: float) -> float:
@@ -106,13 +130,6 @@ def single_scattering_albedo(reflectance: float) -> float:
     return single_scattering_albedo_fit(asked)
 
 
-def _from_quadratic(reflectance: float, p: float, q: float, r: float) -> float:
-    """Return 1 - s^2 for the s in [0, 1] at which (1 - s)(1 - p s) is `reflectance` (1 + q s + r s^2)."""
-    b = 1.0 + p + q * reflectance
-    s = 2.0 * (1.0 - reflectance) / (b + math.sqrt(b * b - 4.0 * (p - r * reflectance) * (1.0 - reflectance)))
-    return max(0.0, (1.0 - s) * (1.0 + s))
-
-
 def van_de_hulst(albedo: float, g: float = 0.0) -> float:
     """Return the share reflected of light from everywhere, by H. C. van de Hulst's fit; `g` mean cosine of scattering.
 
@@ -120,8 +137,7 @@ def van_de_hulst(albedo: float, g: float = 0.0) -> float:
     Scattering" (1980), as E. d'Eon gives it in "A Hitchhiker's Guide to Multiple Scattering". 3 % too low where alpha is small.
     """
     albedo, g = clamp(albedo, 0.0, 1.0), clamp(g, -0.99, 0.99)
-    s = math.sqrt((1.0 - albedo) / (1.0 - g * albedo))
-    return (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s)
+    return VAN_DE_HULST.reflectance(math.sqrt((1.0 - albedo) / (1.0 - g * albedo)))
 
 
 def van_de_hulst_inverse(reflectance: float, g: float = 0.0) -> float:
@@ -130,7 +146,7 @@ def van_de_hulst_inverse(reflectance: float, g: float = 0.0) -> float:
     Both write the same root with rounded constants, which costs a color of 1e-6 half its value, and Cycles keeps alpha below
     0.999999. In [0, 1]; `g` is clamped to [-0.99, 0.99].
     """
-    isotropic, g = _from_quadratic(clamp(reflectance, 0.0, 1.0), 0.139, 1.17, 0.0), clamp(g, -0.99, 0.99)
+    isotropic, g = VAN_DE_HULST.albedo(clamp(reflectance, 0.0, 1.0)), clamp(g, -0.99, 0.99)
     return isotropic / (1.0 - g * (1.0 - isotropic))
 
 

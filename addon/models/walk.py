@@ -7,13 +7,22 @@ The referee where formulas disagree. Lengths are in mean free paths 1 / sigma_t.
 import math
 import random
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from .fresnel import boundary
 from .geometry import clamp
 
 WHITEST = 0.9999  # a walk that loses less takes too long
+
+
+class Exit(NamedTuple):
+    """Where a share `weight` of a walk leaves: `x`, `y` from where it entered [mean free paths], after `order` scatterings."""
+
+    weight: float
+    x: float
+    y: float
+    order: int
 
 
 class Walk(NamedTuple):
@@ -28,33 +37,28 @@ class Walk(NamedTuple):
     """The part that left within radii[0] of where it entered, between radii[0] and radii[1], ..., beyond the last."""
 
 
-def walk(
-    albedo: float, eta: float = 1.0, mu_i: float | None = None, radii: Sequence[float] = (), paths: int = 20_000, seed: int = 1
-) -> Walk:
-    """Return what `paths` random walks find.
+def exits(albedo: float, eta: float = 1.0, mu_i: float | None = None, paths: int = 20_000, seed: int = 1) -> Iterator[list[Exit]]:
+    """Yield, for each of `paths` random walks of weight 1, where it leaves; light that meets the boundary from inside is split.
 
     `albedo` alpha of a single scattering is clamped to [0, 0.9999], the boundary's index `eta` to [1, 4], NaN to the lower end.
-    `mu_i` in (0, 1] is the cosine of the incoming beam, None for light from everywhere. `radii` rise [mean free paths]. Light that
-    meets the boundary from inside is split; what weighs less than 0.1 is ended by Russian roulette, without bias.
+    `mu_i` in (0, 1] is the cosine of the incoming beam, None for light from everywhere. What weighs less than 0.1 is ended by
+    Russian roulette, without bias.
     """
     albedo, edge, roll = clamp(albedo, 0.0, WHITEST), boundary(eta), random.Random(seed).random
-    total = squares = single = 0.0
-    rings = [0.0] * (len(radii) + 1)
     for _ in range(paths):
         mu = mu_i or math.sqrt(1.0 - roll())
-        weight, left = edge.transmittance(mu), 0.0
-        dz, dy, order = edge.refracted(mu), 0.0, 0
+        weight, dz, dy, order = edge.transmittance(mu), edge.refracted(mu), 0.0, 0
         dx = math.sqrt(max(0.0, 1.0 - dz * dz))
         x = y = z = 0.0
+        found = []
         while weight > 0.0:
             step = -math.log(1.0 - roll())
             if z + dz * step < 0.0:
                 reach = -z / dz
                 x, y, z, step = x + dx * reach, y + dy * reach, 0.0, step - reach
                 leaving = weight * edge.transmittance_from_inside(-dz)
-                weight, left, dz = weight - leaving, left + leaving, -dz
-                single += leaving if order == 1 else 0.0
-                rings[bisect_right(radii, math.hypot(x, y))] += leaving
+                weight, dz = weight - leaving, -dz
+                found.append(Exit(leaving, x, y, order))
             x, y, z = x + dx * step, y + dy * step, z + dz * step
             weight, order = weight * albedo, order + 1
             if weight < 0.1:
@@ -62,6 +66,20 @@ def walk(
             dz, turn = 2.0 * roll() - 1.0, 2.0 * math.pi * roll()
             sine = math.sqrt(1.0 - dz * dz)
             dx, dy = sine * math.cos(turn), sine * math.sin(turn)
+        yield found
+
+
+def walk(
+    albedo: float, eta: float = 1.0, mu_i: float | None = None, radii: Sequence[float] = (), paths: int = 20_000, seed: int = 1
+) -> Walk:
+    """Return what `paths` random walks find; arguments as for `exits`. `radii` rise [mean free paths]."""
+    total = squares = single = 0.0
+    rings = [0.0] * (len(radii) + 1)
+    for found in exits(albedo, eta, mu_i, paths, seed):
+        left = sum(one.weight for one in found)
+        single += sum(one.weight for one in found if one.order == 1)
+        for one in found:
+            rings[bisect_right(radii, math.hypot(one.x, one.y))] += one.weight
         total += left
         squares += left * left
     mean = total / paths

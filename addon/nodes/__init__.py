@@ -4,7 +4,8 @@
 from .graph import Group
 from .rough_diffuse import ROUGH_DIFFUSE
 from .specular import SPECULAR_GROUP
+from .subsurface import SUBSURFACE
 
-GROUPS: tuple[Group, ...] = (ROUGH_DIFFUSE, SPECULAR_GROUP)
+GROUPS: tuple[Group, ...] = (ROUGH_DIFFUSE, SUBSURFACE, SPECULAR_GROUP)
 
-__all__ = ("GROUPS", "ROUGH_DIFFUSE", "SPECULAR_GROUP", "Group")
+__all__ = ("GROUPS", "ROUGH_DIFFUSE", "SPECULAR_GROUP", "SUBSURFACE", "Group")

@@ -173,8 +173,8 @@ class Graph:
             setattr(node, name, value)
         return node
 
-    def link(self, source: Operand, target: bpy.types.NodeSocket) -> None:
-        """Connect a value to an input socket, or set the socket to a plain number or tuple."""
+    def link(self, source: Operand | str, target: bpy.types.NodeSocket) -> None:
+        """Connect a value to an input socket, or set the socket to a plain number, tuple or entry of a menu."""
         if isinstance(source, Value):
             self.tree.links.new(source.socket, target)
         elif isinstance(source, (int, float)) and target.type == "VECTOR":
@@ -363,6 +363,27 @@ class Graph:
         self.link(normal, node.inputs["Normal"])
         return Value(self, node.outputs[0])
 
+    def subsurface(
+        self, falloff: str, color: Operand, radius: Operand, scale: Operand, normal: Value, ior: float | None = None
+    ) -> Value:
+        """Return a Subsurface closure; light enters a random walk as through a smooth surface of index `ior`."""
+        node = self.add("ShaderNodeSubsurfaceScattering", falloff=falloff)
+        for name, value in (("Color", color), ("Radius", radius), ("Scale", scale), ("Normal", normal)):
+            self.link(value, node.inputs[name])
+        if ior is not None:
+            self.link(ior, node.inputs["IOR"])
+            if falloff != "RANDOM_WALK_SKIN":
+                self.link(0.0, node.inputs["Roughness"])
+        return Value(self, node.outputs[0])
+
+    def glossy(self, roughness: Operand, normal: Value) -> Value:
+        """Return a GGX reflection closure that loses nothing, without Fresnel, alpha = `roughness` squared."""
+        node = self.add("ShaderNodeBsdfAnisotropic", distribution="MULTI_GGX")
+        self.link((1.0, 1.0, 1.0, 1.0), node.inputs["Color"])
+        self.link(roughness, node.inputs["Roughness"])
+        self.link(normal, node.inputs["Normal"])
+        return Value(self, node.outputs[0])
+
     def translucent(self, color: Operand) -> Value:
         """Return a Lambert closure for light from behind."""
         node = self.add("ShaderNodeBsdfTranslucent")
@@ -420,7 +441,7 @@ class Graph:
             self.link(value, node.inputs[name])
         return Value(self, node.outputs[0])
 
-    def group(self, group: Group, **inputs: Operand) -> dict[str, Value]:
+    def group(self, group: Group, **inputs: Operand | str) -> dict[str, Value]:
         """Return the outputs of another group by name; its inputs are given by their names with _ for a space."""
         node = self.add("ShaderNodeGroup", node_tree=group.ensure(), label=group.label)
         for name, value in inputs.items():

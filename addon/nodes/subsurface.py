@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The node group Subsurface: skin, wax, marble, milk. A coat over a mix of rough diffuse reflection and subsurface scattering.
+
+Lengths are in millimetres, in scenes of any unit scale. The formulas that turn color and mean free path into what each engine's
+closure takes are in `models/conversion.py`, the coat's in `models/coat.py`. Every layer is a Mix Shader, so what is reflected,
+scattered on the surface and scattered below adds up to no more than the light that falls on it.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ..models.albedo import VAN_DE_HULST, Rational
+from ..models.burley import EDGE_WIDTH_25_75
+from ..models.conversion import (
+    BEAM,
+    DARKENING,
+    DARKEST,
+    LEGACY,
+    LONGER,
+    SKIN,
+    SKIN_IOR,
+    SKIN_LENGTH,
+    SKIN_LOST,
+    STEPS,
+    WHITEST,
+    WIDTH,
+    H,
+)
+from ..models.conversion import (
+    IOR as ENTRY_IOR,
+)
+from ..models.medium import LONGEST
+from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
+from .rough_diffuse import MODEL, ROUGH_DIFFUSE
+from .rough_models import ROUGHNESS, transmittance
+
+METHOD = Socket("Method", "NodeSocketMenu", "How Cycles scatters below the surface; EEVEE has one way", "Random Walk")
+WEIGHT = Socket(
+    "Subsurface",
+    "NodeSocketFloat",
+    "Share of the light that enters; the rest is reflected by the rough surface",
+    1.0,
+    0.0,
+    1.0,
+    subtype="FACTOR",
+)
+MEAN_FREE_PATH = Socket(
+    "Mean Free Path",
+    "NodeSocketVector",
+    "How far light goes between two scatterings, for red, green and blue, in millimetres: 1 / sigma_t'",
+    (1.3, 0.95, 0.67),  # Skin 1 of Jensen and others (2001)
+    0.0,
+)
+SCALE = Socket("Scale", "NodeSocketFloat", "Times the mean free path", 1.0, 0.0)
+SPECULAR = Socket(
+    "Specular", "NodeSocketFloat", "Weight of the coat that mirrors: oily or wet skin, polish", 1.0, 0.0, 1.0, subtype="FACTOR"
+)
+SPECULAR_ROUGHNESS = Socket("Specular Roughness", "NodeSocketFloat", "Roughness of the coat", 0.4, 0.0, 1.0, subtype="FACTOR")
+IOR = Socket("IOR", "NodeSocketFloat", "Index of refraction of the coat, and of Wolff's dielectric", 1.4, 1.0, 3.0)
+BRIGHTEST = 1e-6
+
+
+def polynomial(graph: Graph, coefficients: Sequence[float], x: Value) -> Value:
+    """Return c_0 + c_1 x + ..., two terms or more, for each component of `x`."""
+    *rest, last, highest = coefficients
+    total = graph.multiply_add(x, (highest,) * 3, (last,) * 3)
+    for coefficient in reversed(rest):
+        total = graph.multiply_add(x, total, (coefficient,) * 3)
+    return total
+
+
+def rational(graph: Graph, coefficients: Sequence[float], above: int, x: Value) -> Value:
+    """As `models.conversion.rational`, with a denominator."""
+    return polynomial(graph, coefficients[:above], x) / polynomial(graph, (1.0, *coefficients[above:]), x)
+
+
+def sqrt(graph: Graph, vector: Value) -> Value:
+    return graph.vector_math("POWER", graph.maximum(vector, 0.0), (0.5,) * 3)
+
+
+def reflectance(graph: Graph, fit: Rational, s: Value) -> Value:
+    """As `models.albedo.Rational.reflectance`."""
+    return (1.0 - s) * (1.0 - s * fit.p) / polynomial(graph, (1.0, fit.q, fit.r), s)
+
+
+def root(graph: Graph, fit: Rational, color: Value) -> Value:
+    """As `models.albedo.Rational.s`."""
+    b = color * fit.q + (1.0 + fit.p)
+    off = 1.0 - color
+    return graph.minimum(off * 2.0 / (b + sqrt(graph, b * b - (4.0 * fit.p - color * (4.0 * fit.r)) * off)), 1.0)
+
+
+class Medium:
+    """The medium's inputs inside their ranges, channels as vectors, and what the closures share."""
+
+    def __init__(self, graph: Graph) -> None:
+        self.graph = graph
+        self.color = graph.clamp(graph.input(COLOR), 0.0, 1.0)
+        self.n = graph.normal()
+        self.length = graph.clamp(graph.input(MEAN_FREE_PATH), 0.0, LONGEST)
+        meters = graph.per_scene("Millimetre", "0.001 / unit if unit > 0 else 0.001", unit="unit_settings.scale_length")
+        self.scale = graph.clamp(graph.input(SCALE), 0.0, LONGEST) * meters
+
+    def closure(self, falloff: str, color: Value, radius: Value, ior: float | None = None) -> Value:
+        """Return a Subsurface closure; `radius` in mean free paths."""
+        return self.graph.subsurface(falloff, color, self.length * radius, self.scale, self.n, ior)
+
+    def edge(self) -> Value:
+        """Return the width of a shadow's edge, over that of Burley's profile with d = 1 / (4 pi)."""
+        return rational(self.graph, [4.0 * math.pi / EDGE_WIDTH_25_75 * c for c in WIDTH[:3]] + list(WIDTH[3:]), 3, self.color)
+
+
+def eevee(medium: Medium) -> Value:
+    graph, color = medium.graph, medium.color
+    separate = graph.add("ShaderNodeSeparateXYZ")
+    graph.link(color, separate.inputs[0])
+    red, green, blue = (Value(graph, output) for output in separate.outputs)
+    a = color * (1.0 / graph.maximum(graph.maximum(graph.maximum(red, green), blue), BRIGHTEST))
+    off = a - 0.8
+    return medium.closure("BURLEY", color, medium.edge() * (1.9 - a + off * off * 3.5))
+
+
+def burley(medium: Medium) -> Value:
+    return medium.closure("BURLEY", medium.color, medium.edge())
+
+
+class Walks(NamedTuple):
+    """Cycles' random walks, with what they lose beside them."""
+
+    walk: Value
+    skin: Value
+    legacy: Value
+
+
+def walks(medium: Medium) -> Walks:
+    graph, color = medium.graph, medium.color
+    dark = color * graph.minimum(color * ((1.0 - DARKENING) / DARKEST) + DARKENING, 1.0)
+    s = root(graph, BEAM, dark)
+    t = s * math.sqrt(STEPS)
+    tail = graph.vector_math("POWER", (1.0 / math.e,) * 3, t * t) / polynomial(graph, (1.0, math.sqrt(math.pi), 1.3), t)
+    lost = tail * (H / math.sqrt(math.pi * STEPS))
+    longer = polynomial(graph, LONGER, lost / graph.maximum(color, DARKEST))
+    rest, skin_rest = graph.diffuse(lost, medium.n), graph.diffuse(lost * SKIN_LOST, medium.n)
+    skin = rational(graph, SKIN_LENGTH, 4, color) / (1.0 - graph.minimum(color, WHITEST))
+    walk = medium.closure("RANDOM_WALK", reflectance(graph, VAN_DE_HULST, s), longer, ENTRY_IOR)
+    skin_walk = medium.closure("RANDOM_WALK_SKIN", dark * polynomial(graph, SKIN, dark), skin * longer, SKIN_IOR)
+    legacy_walk = medium.closure("RANDOM_WALK_LEGACY", dark * polynomial(graph, LEGACY, dark), longer * (4.0 * math.pi), ENTRY_IOR)
+    return Walks(*(graph.add_shader(*pair) for pair in ((walk, rest), (skin_walk, skin_rest), (legacy_walk, rest))))
+
+
+def build(graph: Graph) -> dict[str, Value]:
+    medium = Medium(graph)
+    walk, skin, legacy = walks(medium)
+    methods = (
+        ("Random Walk", "Walks below the surface: right for any shape, ears and nostrils too", walk),
+        ("Christensen-Burley", "Spreads light as on a flat surface: less noise, too bright where it is thin", burley(medium)),
+        ("Random Walk (Skin)", "As Random Walk, with more light that enters at a slant: its color moves with the view", skin),
+        ("Random Walk (Legacy)", "As Random Walk, by way of Blender's older fit", legacy),
+    )
+    in_cycles = graph.menu(graph.input(METHOD), "SHADER", methods)
+    scattered = graph.mix_shader(graph.in_eevee(), in_cycles, eevee(medium))
+
+    rough = graph.group(
+        ROUGH_DIFFUSE,
+        Model=graph.input(MODEL),
+        Mode="Single",  # EEVEE's Lobes take the place of its Subsurface closure
+        Color=graph.input(COLOR),
+        Roughness=graph.input(ROUGHNESS),
+        IOR=graph.input(IOR),
+        Normal=medium.n,
+    )["BSDF"]
+    base = graph.mix_shader(graph.clamp(graph.input(WEIGHT), 0.0, 1.0), rough, scattered)
+    return {"BSDF": coat(graph, medium.n, base)}
+
+
+def coat(graph: Graph, n: Value, base: Value) -> Value:
+    """Return `base` under a coat; the formulas are those of `models.coat`."""
+    roughness = graph.clamp(graph.input(SPECULAR_ROUGHNESS), 0.0, 1.0)
+    alpha = roughness * roughness
+    mu = graph.clamp(graph.dot(n, graph.geometry("Incoming")), 0.0, 1.0)
+    head_on = 1.0 - alpha / (1.0 + 3.1 * alpha)
+    a, b = alpha * alpha / (0.2 + alpha * (1.6 + 2.4 * alpha)), 0.5 * alpha
+    cosine = graph.maximum(graph.sqrt(a + mu * (b + mu * (head_on - a - b))), 1e-6)
+    fresnel = 1.0 - transmittance(graph, cosine, graph.clamp(graph.input(IOR), 1.0, 3.0))
+    weight = graph.clamp(graph.input(SPECULAR), 0.0, 1.0)
+    return graph.mix_shader(graph.clamp(weight * fresnel, 0.0, 1.0), base, graph.glossy(roughness, n))
+
+
+SUBSURFACE = Group(
+    key="subsurface",
+    name="Subsurface",
+    label="Subsurface",
+    version=1,
+    description="Skin, wax, marble, milk: light enters, scatters and leaves nearby; beside rough diffuse reflection, under a coat",
+    inputs=(METHOD, MODEL, COLOR, ROUGHNESS, WEIGHT, MEAN_FREE_PATH, SCALE, SPECULAR, SPECULAR_ROUGHNESS, IOR, NORMAL),
+    build=build,
+)
