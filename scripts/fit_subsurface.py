@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Finds the numbers of addon/models/conversion.py, from the exact reflectance of a half-space and from random walks.
 
-uv run scripts/fit_subsurface.py        two minutes: prints them, with how far they are off
+uv run scripts/fit_subsurface.py        some minutes: prints them, with how far they are off
 """
 
 import math
@@ -20,8 +20,8 @@ from true_diffuse.addon.models.conversion import BEAM, MU, SKIN_IOR, rational
 from true_diffuse.addon.models.walk import Exit, exits
 
 COLORS = tuple(k / 40 for k in range(1, 40))
-ROOTS = (0.97, 0.9, 0.8, 0.65, 0.5, 0.4, 0.3, 0.22, 0.15, 0.1, 0.06, 0.03)  # s = sqrt(1 - alpha) of the walks
-WIDTH_TERMS, LENGTH_TERMS = (3, 2), (4, 2)
+ROOTS = (0.97, 0.9, 0.8, 0.65, 0.5, 0.4, 0.3, 0.22, 0.15, 0.1, 0.06, 0.04, 0.025, 0.015)  # s = sqrt(1 - alpha) of the walks
+WIDTH_TERMS, SHRINKING_TERMS = (3, 1), (3, 2)
 SKIN_MU = 0.949  # mean cosine of the half of the light that enters by refraction at SKIN_IOR and roughness 1, seen along the normal
 
 
@@ -120,14 +120,14 @@ def main() -> int:
     found = rational_fit(widths, *WIDTH_TERMS)
     show("WIDTH", found, WIDTH_TERMS[0], widths)
 
-    lengths = []
+    shrunk = []
     for s in ROOTS:
         alpha, half = 1.0 - s * s, round(0.5 * paths / (1.0 - s))
         color, wide = width(chain(exits(alpha, paths=half), exits(alpha, mu_i=SKIN_MU, paths=half)))
         color /= 2 * half
-        longer = rational(found, WIDTH_TERMS[0], color) / wide
-        lengths.append((color, (1.0 - color) * longer / shrinking(bisect(wrenninge, alpha, 0.0, 1.0))))
-    show("SKIN_LENGTH", rational_fit(lengths, *LENGTH_TERMS), LENGTH_TERMS[0], lengths)
+        wider = wide / rational(found, WIDTH_TERMS[0], color)
+        shrunk.append((color, wider * shrinking(bisect(wrenninge, alpha, 0.0, 1.0))))
+    show("SKIN_SHRINKING", rational_fit(shrunk, *SHRINKING_TERMS), SHRINKING_TERMS[0], shrunk)
     return 0
 
 

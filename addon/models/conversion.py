@@ -36,13 +36,12 @@ H = 2.8866  # Chandrasekhar's H(MU) at alpha = 1
 BEAM = Rational(-0.445, H - 0.555, 1.445 / 0.309189 - H - 0.445)
 DARKEST = BEAM.reflectance(math.sqrt(1.0 - LEAST_ALPHA))
 DARKENING = 0.5 * 0.309189 * LEAST_ALPHA / DARKEST  # of what Cycles scales, at color 0
-WIDTH = (0.2907, 0.49781, -1.5492, -2.0832, 0.76281)  # three above, two below
+WIDTH = (0.2823, 1.0337, -0.4398, -0.6355)  # three above, one below
 LEGACY = (1.3107, -0.60442, 0.86078, -1.6972, 2.1084, -1.0567)
 SKIN = (1.1167, -0.2224, 0.54516, -1.6331, 2.3059, -1.1888)
-SKIN_LENGTH = (0.53556, 2.2942, -1.2004, -1.6964, -0.9467)  # four above, one below, all over 1 - color
+SKIN_SHRINKING = (1.9649, -3.7689, 1.8242, 5.6043, -5.795)  # three above, two below
 SKIN_LOST = 0.75  # of what Random Walk loses: as much as keeps white at 1
 LONGER = (1.0, 4.0, 12.0)  # in the share of the color that is lost
-WHITEST = 0.999  # color, where lengths that go as 1 / (1 - color) stop
 
 
 class Fed(NamedTuple):
@@ -105,8 +104,8 @@ def random_walk_skin(color: float) -> Fed:
     color = clamp(color, 0.0, 1.0)
     dark = darkened(color)
     s = BEAM.s(dark)
-    length = rational(SKIN_LENGTH, 4, color) / (1.0 - min(color, WHITEST))
-    return Fed(dark * rational(SKIN, 6, dark), length * _longer(color, s), SKIN_LOST * lost(s))
+    length = _longer(color, s) / rational(SKIN_SHRINKING, 3, color)
+    return Fed(dark * rational(SKIN, 6, dark), length, SKIN_LOST * lost(s))
 
 
 def _longer(color: float, s: float) -> float:

@@ -20,10 +20,9 @@ from ..models.conversion import (
     LONGER,
     SKIN,
     SKIN_IOR,
-    SKIN_LENGTH,
     SKIN_LOST,
+    SKIN_SHRINKING,
     STEPS,
-    WHITEST,
     WIDTH,
     H,
 )
@@ -142,9 +141,9 @@ def walks(medium: Medium) -> Walks:
     lost = tail * (H / math.sqrt(math.pi * STEPS))
     longer = polynomial(graph, LONGER, lost / graph.maximum(color, DARKEST))
     rest, skin_rest = graph.diffuse(lost, medium.n), graph.diffuse(lost * SKIN_LOST, medium.n)
-    skin = rational(graph, SKIN_LENGTH, 4, color) / (1.0 - graph.minimum(color, WHITEST))
+    skin = longer / rational(graph, SKIN_SHRINKING, 3, color)
     walk = medium.closure("RANDOM_WALK", reflectance(graph, VAN_DE_HULST, s), longer, ENTRY_IOR)
-    skin_walk = medium.closure("RANDOM_WALK_SKIN", dark * polynomial(graph, SKIN, dark), skin * longer, SKIN_IOR)
+    skin_walk = medium.closure("RANDOM_WALK_SKIN", dark * polynomial(graph, SKIN, dark), skin, SKIN_IOR)
     legacy_walk = medium.closure("RANDOM_WALK_LEGACY", dark * polynomial(graph, LEGACY, dark), longer * (4.0 * math.pi), ENTRY_IOR)
     return Walks(*(graph.add_shader(*pair) for pair in ((walk, rest), (skin_walk, skin_rest), (legacy_walk, rest))))
 
