@@ -194,14 +194,16 @@ def test_no_model_is_black_in_any_mode_with_open_shading_language() -> None:
 
 
 @pytest.mark.render
-def test_open_shading_language_is_left_to_the_processor() -> None:
-    ROUGH_DIFFUSE.ensure()
-    scene = bpy.context.scene
-    scene.render.engine, scene.cycles.shading_system, scene.cycles.device = "CYCLES", True, "GPU"
+@pytest.mark.parametrize(("device", "expected"), [("CPU", 1.0), ("GPU", 0.0)])
+def test_open_shading_language_is_left_to_the_processor(device: str, expected: float) -> None:
+    sphere = sphere_under_sun(8)  # drivers run in what a scene uses
+    sphere.sphere.data.materials[0] = rough("Oren-Nayar", "Lobes")
+    scene = sphere.scene
+    scene.render.engine, scene.cycles.shading_system, scene.cycles.device = "CYCLES", True, device
     bpy.context.view_layer.update()
     tree = bpy.data.node_groups[ROUGH_DIFFUSE.name].evaluated_get(bpy.context.evaluated_depsgraph_get())
     (osl,) = (node for node in tree.nodes if node.label == "Uses OSL")
-    assert osl.outputs[0].default_value == 0.0
+    assert osl.outputs[0].default_value == expected
 
 
 def test_group_is_not_taken_for_the_users_copy() -> None:

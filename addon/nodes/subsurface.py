@@ -98,8 +98,9 @@ class Medium:
         self.color = graph.clamp(graph.input(COLOR), 0.0, 1.0)
         self.n = graph.normal()
         self.length = graph.clamp(graph.input(MEAN_FREE_PATH), 0.0, LONGEST)
-        meters = graph.per_scene("Millimetre", "0.001 / unit if unit > 0 else 0.001", unit="unit_settings.scale_length")
-        self.scale = graph.clamp(graph.input(SCALE), 0.0, LONGEST) * meters
+        # not a millimetre: a driver leaves what changes by some 1e-6 as it was
+        meter = graph.per_scene("Meter", "1 / unit if unit > 0 else 1", unit="unit_settings.scale_length")
+        self.scale = graph.clamp(graph.input(SCALE), 0.0, LONGEST) * (meter * 0.001)
 
     def closure(self, falloff: str, color: Value, radius: Value, ior: float | None = None) -> Value:
         """Return a Subsurface closure; `radius` in mean free paths."""

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The node group Subsurface: its layers one by one, its units, and what it does to the material around it."""
+
+import bpy
+
+import pytest
+from true_diffuse.addon import engines, materials
+from true_diffuse.addon.measure import error
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
+from true_diffuse.addon.nodes.subsurface import METHOD
+from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
+
+pytestmark = pytest.mark.usefixtures("empty_file")
+
+
+@pytest.fixture(params=engines.ENGINES.values(), ids=lambda engine: engine.key)
+def engine(request, eevee_runs_here: bool) -> engines.Engine:
+    if request.param is engines.EEVEE and not eevee_runs_here:
+        pytest.skip("EEVEE finds no graphics driver here")
+    return request.param
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("model", ["Oren-Nayar", "EON"])
+def test_without_subsurface_and_coat_it_is_rough_diffuse(engine, model: str) -> None:
+    sphere = sphere_under_sun(48)
+    bare = {"Subsurface": 0.0, "Specular": 0.0}
+    ours = materials.create("Ours", SUBSURFACE, Model=model, Color=COLOR, Roughness=0.5, **bare)
+    rough = materials.create("Rough", ROUGH_DIFFUSE, Model=model, Mode="Single", Color=COLOR, Roughness=0.5)
+    (_, got), (_, expected) = (sphere.radiance(one, [sphere.sun], None, engine, 4, shadows=False) for one in (ours, rough))
+    measurable = [pixel for pixel, good in enumerate(sphere.surface().measurable) if good]
+    # Cycles picks one closure of two by chance, and does so by another number here; EEVEE's colors have 10 bits
+    assert error.difference(got, expected, measurable) < 0.01
+
+
+@pytest.mark.render
+def test_white_coat_hides_nothing_of_a_mirror(engine) -> None:
+    """At IOR 1 there is nothing to mirror, so a coat of full weight changes nothing."""
+    sphere = sphere_under_sun(48)
+    looks = [
+        materials.create(f"Coat {weight}", SUBSURFACE, Color=COLOR, Subsurface=0.0, IOR=1.0, Specular=weight) for weight in (0.0, 1.0)
+    ]
+    (_, without), (_, coated) = (sphere.radiance(one, [sphere.sun], None, engine, 4, shadows=False) for one in looks)
+    measurable = [pixel for pixel, good in enumerate(sphere.surface().measurable) if good]
+    assert error.difference(coated, without, measurable) < 0.01
+
+
+@pytest.mark.parametrize(("unit", "meter"), [(1.0, 1.0), (0.01, 100.0), (0.001, 1000.0), (1000.0, 1e-3)])
+def test_lengths_follow_the_scenes_unit(unit: float, meter: float) -> None:
+    bpy.ops.mesh.primitive_plane_add()  # drivers run in what a scene uses
+    bpy.context.object.data.materials.append(materials.create("Skin", SUBSURFACE))
+    bpy.context.scene.unit_settings.scale_length = unit
+    bpy.context.view_layer.update()
+    evaluated = bpy.data.node_groups[SUBSURFACE.name].evaluated_get(bpy.context.evaluated_depsgraph_get())
+    (value,) = (node.outputs[0].default_value for node in evaluated.nodes if node.label == "Meter")
+    assert value == pytest.approx(meter, rel=1e-6)
+
+
+def test_material_keeps_its_own_thickness() -> None:
+    """What is translucent must not be taken for thick."""
+    material = materials.create("Skin", SUBSURFACE)
+    assert not material.node_tree.get_output_node("EEVEE").inputs["Thickness"].is_linked
+
+
+def test_method_offers_what_cycles_has() -> None:
+    node = materials.create("Skin", SUBSURFACE).node_tree.nodes[SUBSURFACE.name]
+    closure = bpy.data.materials.new("Plain").node_tree.nodes.new("ShaderNodeSubsurfaceScattering")
+    theirs = {item.name for item in closure.bl_rna.properties["falloff"].enum_items}
+    for name in theirs:
+        node.inputs[METHOD.name].default_value = name
+        assert node.inputs[METHOD.name].default_value == name
