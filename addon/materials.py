@@ -51,6 +51,12 @@ def add_group(tree: bpy.types.ShaderNodeTree, group: Group) -> bpy.types.Node:
     return node
 
 
+def set_inputs(node: bpy.types.Node, inputs: Mapping[str, Setting]) -> None:
+    """Set `node`'s sockets by name."""
+    for socket, value in inputs.items():
+        node.inputs[socket].default_value = value
+
+
 def thicken(tree: bpy.types.ShaderNodeTree) -> None:
     """Let EEVEE take the surface of the material `tree` for thick, if nothing says how thick it is and nothing else depends on it.
 
@@ -85,8 +91,7 @@ def _blank(name: str) -> bpy.types.Material:
 
 def _show(material: bpy.types.Material, node: bpy.types.Node, inputs: Mapping[str, Setting]) -> None:
     """Set `node`'s sockets and make its BSDF the surface of `material`."""
-    for socket, value in inputs.items():
-        node.inputs[socket].default_value = value
+    set_inputs(node, inputs)
     tree = material.node_tree
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     output.location = (300.0, 0.0)

@@ -11,7 +11,9 @@ import bpy
 
 import pytest
 import true_diffuse
+from true_diffuse.addon import ui
 from true_diffuse.addon.nodes.lamps import LAMPS
+from true_diffuse.addon.presets import PRESETS
 
 ROOT = Path(__file__).resolve().parent.parent
 SCRIPTS = Path(bpy.utils.system_resource("SCRIPTS"))
@@ -47,7 +49,8 @@ def test_package_holds_only_what_the_extension_runs(package: Path) -> None:
         "shaders",
         "scenes",
     }
-    assert not [name for name in names if name.endswith((".oso", ".pyc", ".png"))]
+    assert not [name for name in names if name.endswith((".oso", ".pyc"))]
+    assert {name for name in names if name.endswith(".png")} == {f"addon/previews/{key}.png" for key in PRESETS}
 
 
 def blender_state() -> tuple[set[str], int, list[str]]:
@@ -63,9 +66,9 @@ def test_registering_twice_leaves_blender_as_it_was() -> None:
     for _ in range(2):
         true_diffuse.register()
         during = blender_state()
-        assert "TRUE_DIFFUSE_MT_add" in during[0] - before[0] and during[1] == before[1] + 2
+        assert "TRUE_DIFFUSE_MT_add" in during[0] - before[0] and during[1] == before[1] + 2 and len(ui.pictures) == len(PRESETS)
         true_diffuse.unregister()
-        assert blender_state() == before
+        assert blender_state() == before and not ui.pictures
 
 
 def test_add_group_needs_a_shader_editor() -> None:

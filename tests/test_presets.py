@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The presets: their values against the published table, their pictures, and the operators that hand them out."""
+
+import math
+import struct
+from collections.abc import Iterator
+
+import bpy
+
+import pytest
+import true_diffuse
+from true_diffuse.addon import materials
+from true_diffuse.addon.models import MEDIA, TONES, plane_albedo
+from true_diffuse.addon.models.conversion import MU
+from true_diffuse.addon.nodes import SUBSURFACE
+from true_diffuse.addon.presets import PRESETS, Preset
+
+each = pytest.mark.parametrize("preset", PRESETS.values(), ids=PRESETS)
+each_medium = pytest.mark.parametrize("medium", MEDIA, ids=lambda medium: medium.name)
+# Diffuse reflectance in figure 5 of H. W. Jensen and others (SIGGRAPH 2001)
+PRINTED = {
+    "Marble": (0.83, 0.79, 0.75),
+    "Skin 1": (0.44, 0.22, 0.13),
+    "Spectralon": (1.00, 1.00, 1.00),
+    "Whole Milk": (0.91, 0.88, 0.76),
+}
+
+
+@pytest.fixture
+def registered() -> Iterator[None]:
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    true_diffuse.register()
+    yield
+    true_diffuse.unregister()
+
+
+def test_there_is_one_for_each_medium_and_tone() -> None:
+    assert [preset.kind for preset in PRESETS.values()] == ["Skin"] * len(TONES) + ["Media"] * len(MEDIA)
+
+
+@each
+def test_values_are_finite_and_in_the_sockets_ranges(preset: Preset) -> None:
+    sockets = {socket.name: socket for socket in SUBSURFACE.inputs}
+    for name, value in preset.inputs.items():
+        low, high = sockets[name].minimum or 0.0, sockets[name].maximum or (1.0 if name == "Color" else 20.0)
+        assert all(low <= v <= high for v in (value if isinstance(value, tuple) else (value,))), name
+    assert min(preset.inputs["Mean Free Path"]) > 0.01
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_color_of_a_medium_is_its_printed_reflectance(name: str) -> None:
+    preset = next(preset for preset in PRESETS.values() if preset.name == name)
+    assert preset.inputs["Color"][:3] == pytest.approx(PRINTED[name], abs=0.008)
+
+
+@each_medium
+def test_light_gets_as_far_as_in_the_medium(medium) -> None:
+    preset = next(preset for preset in PRESETS.values() if preset.name == medium.name.title())
+    assert preset.inputs["IOR"] == medium.eta
+    for channel, color, length in zip(medium.channels, preset.inputs["Color"], preset.inputs["Mean Free Path"], strict=False):
+        sigma_tr = math.sqrt(3.0 * max(channel.sigma_a, 1e-6) * (channel.sigma_a + channel.sigma_s_prime))
+        # the half-space with this length and that sigma_tr, without a boundary, reflects the color
+        assert plane_albedo(1.0 - (length * sigma_tr) ** 2 / 3.0, MU) == pytest.approx(color, rel=2e-4)
+
+
+def test_darker_skin_is_darker() -> None:
+    tones = [preset.inputs["Color"][:3] for preset in PRESETS.values() if preset.kind == "Skin"]
+    assert tones == sorted(tones, reverse=True) and all(r > g > b for r, g, b in tones)
+
+
+@each
+@pytest.mark.usefixtures("empty_file")
+def test_makes_a_material(preset: Preset) -> None:
+    node = materials.create(preset.name, SUBSURFACE, **preset.inputs).node_tree.nodes[SUBSURFACE.name]
+    for name, value in preset.inputs.items():
+        got = node.inputs[name].default_value
+        assert (tuple(got) if isinstance(value, tuple) else got) == pytest.approx(value, rel=1e-6)
+
+
+@each
+def test_has_a_small_square_picture_with_transparency(preset: Preset) -> None:
+    content = preset.picture.read_bytes()
+    width, height, depth, kind = struct.unpack(">IIBB", content[16:26])
+    assert content[:8] == b"\x89PNG\r\n\x1a\n" and width == height >= 64 and (depth, kind) == (8, 6)
+
+
+def test_pictures_are_light() -> None:
+    assert sum(preset.picture.stat().st_size for preset in PRESETS.values()) < 150_000
+
+
+@pytest.mark.usefixtures("registered")
+def test_added_to_a_material_and_undone() -> None:
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.object.active_material = bpy.data.materials.new("Mine")
+    assert not bpy.ops.true_diffuse.add_preset.poll()  # no Shader Editor
+    area = bpy.context.window.screen.areas[0]
+    area.ui_type = "ShaderNodeTree"
+    with bpy.context.temp_override(area=area, region=area.regions[-1]):
+        before = len(bpy.data.materials["Mine"].node_tree.nodes)
+        bpy.ops.ed.undo_push(message="Before")
+        assert bpy.ops.true_diffuse.add_preset("EXEC_DEFAULT", True, key="marble") == {"FINISHED"}
+        nodes = bpy.data.materials["Mine"].node_tree.nodes
+        assert len(nodes) == before + 1 and nodes.active.inputs["IOR"].default_value == 1.5
+    bpy.ops.ed.undo()
+    assert len(bpy.data.materials["Mine"].node_tree.nodes) == before
+
+
+@pytest.mark.usefixtures("registered")
+def test_assigned_to_what_is_selected_and_undone() -> None:
+    bpy.ops.object.light_add()
+    assert not bpy.ops.true_diffuse.assign_preset.poll()  # a light has no surface
+    for add in (bpy.ops.mesh.primitive_cube_add, bpy.ops.object.metaball_add, bpy.ops.object.light_add):
+        add()
+    bpy.ops.object.select_all(action="SELECT")
+    bpy.ops.ed.undo_push(message="Before")
+    assert bpy.ops.true_diffuse.assign_preset("EXEC_DEFAULT", True, key="whole_milk") == {"FINISHED"}
+    assert [item.active_material.name for item in bpy.data.objects if item.type != "LIGHT"] == ["Whole Milk"] * 2
+    bpy.ops.ed.undo()
+    assert not bpy.data.materials and not any(item.active_material for item in bpy.data.objects if item.type != "LIGHT")
