@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The five-character comparison as data and pictures: renders, per-character measurements, error maps, records."""
+"""The five-character comparison as data and pictures: renders, per-character measurements, error maps, records.
+
+Other scenes' comparisons share the pictures, the environment and the saved scene.
+"""
 
 import math
 import os
 import platform
 import re
+import time
 import tomllib
 from array import array
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,6 +39,14 @@ class Progress(Protocol):
     def step(self, text: str, work: float) -> AbstractContextManager[None]: ...
 
     def within(self, work: float) -> None: ...
+
+
+@dataclass(frozen=True)
+class Captions:
+    """What stands below a picture: each label and the x around which it is centered [pixels]."""
+
+    labels: list[str]
+    centers: list[float]
 
 
 @dataclass(frozen=True)
@@ -117,29 +129,46 @@ def _reported(progress: Progress) -> Generator[None]:
         bpy.app.handlers.render_stats.remove(report)
 
 
-def render_picture(stage: FiveCharacters, engine: Engine, samples: int, folder: Path, progress: Progress) -> None:
-    """Render the whole scene and write five_ENGINE.exr (linear) and five_ENGINE.png (with captions) into `folder`."""
-    scene = stage.scene
+def render_picture(
+    scene: bpy.types.Scene,
+    engine: Engine,
+    samples: int,
+    target: Path,
+    captions: Captions,
+    progress: Progress,
+    denoise: bool = False,
+) -> float:
+    """Render `scene`, write TARGET_ENGINE.exr (linear) and TARGET_ENGINE.png (with captions), return the seconds it took.
+
+    `denoise` lets Cycles do so by OpenImageDenoise.
+    """
     engines.use(scene, engine, samples)
+    scene.cycles.use_denoising = denoise
+    start = time.perf_counter()
     with progress.step(f"Rendering  {engine.label}", PICTURE_WORK), _reported(progress):
         render.render(scene)
+    seconds = time.perf_counter() - start
     result = bpy.data.images["Render Result"]
     settings = scene.render.image_settings
     settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGB", "32"
-    result.save_render(str(folder / f"five_{engine.key}.exr"), scene=scene)
+    result.save_render(str(target.with_name(f"{target.name}_{engine.key}.exr")), scene=scene)
     settings.file_format, settings.color_mode, settings.color_depth = "PNG", "RGB", "8"
-    plain = folder / f"plain_{engine.key}.png"
+    plain = target.with_name(f"plain_{engine.key}.png")
     result.save_render(str(plain), scene=scene)
-    labels = [character.look.label for character in stage.characters]
-    picture.caption(plain, folder / f"five_{engine.key}.png", labels, _centers(stage))
+    picture.caption(plain, target.with_name(f"{target.name}_{engine.key}.png"), captions.labels, captions.centers)
     plain.unlink()
+    return seconds
 
 
-def _centers(stage: FiveCharacters) -> list[float]:
-    """Return the x at which each character stands in the picture [pixels]."""
-    scene = stage.scene
-    places = [world_to_camera_view(scene, scene.camera, c.subject.matrix_world.translation) for c in stage.characters]
-    return [place.x * scene.render.resolution_x for place in places]
+def captions(scene: bpy.types.Scene, subjects: Mapping[str, bpy.types.Object]) -> Captions:
+    """Return the captions of `subjects`, by label."""
+    places = [world_to_camera_view(scene, scene.camera, subject.matrix_world.translation) for subject in subjects.values()]
+    return Captions(list(subjects), [place.x * scene.render.resolution_x for place in places])
+
+
+def five_captions(stage: FiveCharacters) -> Captions:
+    """Return the captions of the five characters."""
+    return captions(stage.scene, {character.look.label: character.subject for character in stage.characters})
 
 
 def write_error_maps(stage: FiveCharacters, measured: Sequence[Measured], folder: Path) -> None:
@@ -161,7 +190,7 @@ def write_error_maps(stage: FiveCharacters, measured: Sequence[Measured], folder
             resolution,
             {place: value for place, (_, value) in nearest.items()},
             [f"{one.seen.character.look.label}:  {_percent(one.errors.rms)}" for one in ours],
-            _centers(stage),
+            five_captions(stage).centers,
             f"{engine.label} minus analytic value, as a share of a Lambert surface lit head on  (captions: RMS error)",
         )
 
@@ -237,9 +266,9 @@ def environment(used: Sequence[Engine]) -> dict[str, object]:
     }
 
 
-def save_blend(stage: FiveCharacters, path: Path) -> None:
-    """Write the scene as a file to open in Blender, without the empty scene that Blender started with."""
+def save_blend(kept: bpy.types.Scene, path: Path) -> None:
+    """Write the scene `kept` as a file to open in Blender, without the empty scene that Blender started with."""
     for scene in list(bpy.data.scenes):
-        if scene is not stage.scene:
+        if scene is not kept:
             bpy.data.scenes.remove(scene)
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, copy=True)

@@ -19,6 +19,8 @@ def create(name: str, group: Group, **inputs: Setting) -> bpy.types.Material:
     material = _blank(name)
     _show(material, add_group(material.node_tree, group), inputs)
     thicken(material.node_tree)
+    # EEVEE's own thickness, the object's size, lets no light through an ear; where nothing scatters below, it changes nothing
+    material.use_thickness_from_shadow = group is SUBSURFACE
     return material
 
 

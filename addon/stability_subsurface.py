@@ -5,7 +5,7 @@
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from decimal import Decimal, localcontext
 from typing import Any
 
@@ -288,3 +288,16 @@ def _albedo() -> Iterator[Record]:
 def plain_van_de_hulst(alpha: float) -> float:
     s = math.sqrt(1.0 - alpha)
     return (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s)
+
+
+def table(found: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return columns and rows for people."""
+
+    def shown(value: float | str) -> str:
+        return value if isinstance(value, str) else f"{value:.6g}"
+
+    rows: list[tuple[str, ...]] = [
+        (one["model"], one["case"], *(shown(one[key]) for key in ("plain", "got", "expected")), f"{one['error']:.1e}")
+        for one in found
+    ]
+    return ("Formula", "Case", "As published", "Ours", "Expected", "Our error"), rows

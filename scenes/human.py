@@ -27,6 +27,8 @@ from mathutils import Euler, Matrix, Vector, noise
 from mathutils.bvhtree import BVHTree
 
 ALBEDO_ATTRIBUTE = "True Diffuse Albedo"
+REGION_ATTRIBUTE = "True Diffuse Region"  # of each face: an index into REGIONS
+REGIONS = ("other", "eyes", "other skin", "forehead", "cheeks", "nose", "nostrils", "ears")  # skin from the third on
 ARM_LAYER = "arm"  # of the parts in the making: +1 on the left arm, -1 on the right, 0 elsewhere
 
 BODY_HEIGHT = 1.78  # meters, crown to heel, before hair and soles
@@ -95,6 +97,14 @@ FLUSH = (
     ((0.0, -0.045, -0.045), 0.016, 0.5),  # nose
     ((0.085, 0.10, -0.02), 0.030, 0.55),  # ears
     ((0.0, -0.02, -0.115), 0.020, 0.25),  # chin
+)
+
+# Boxes of skin: the lowest and highest offset from the middle of the eyes (meters, mirrored); the first that holds a face counts.
+REGION_BOXES = (
+    ("nostrils", (0.0, -0.075, -0.060), (0.022, -0.012, -0.036)),
+    ("nose", (0.0, -0.075, -0.036), (0.018, -0.020, 0.0)),
+    ("forehead", (0.0, -0.075, 0.027), (0.050, 0.010, 0.056)),
+    ("cheeks", (0.020, -0.075, -0.062), (0.056, 0.012, -0.022)),
 )
 
 # Angle from the gaze (degrees) and color of the rings of an eyeball.
@@ -233,9 +243,10 @@ def _apply_pose(body: Body) -> None:
 
 
 def _new_part() -> BMesh:
-    """An empty part that can be painted."""
+    """An empty part that can be painted, of the region "other"."""
     part = bmesh.new()
     part.verts.layers.float_color.new(ALBEDO_ATTRIBUTE)
+    part.faces.layers.int.new(REGION_ATTRIBUTE)
     return part
 
 
@@ -286,6 +297,13 @@ def _paint(part: BMesh, verts: Iterable[BMVert], color: Vector) -> None:
         vert[layer] = (*color, 1.0)
 
 
+def _assign(faces: Iterable[BMFace], part: BMesh, region: str) -> None:
+    """Makes faces of a part a region."""
+    layer = part.faces.layers.int[REGION_ATTRIBUTE]
+    for face in faces:
+        face[layer] = REGIONS.index(region)
+
+
 def _join(whole: BMesh, part: BMesh) -> None:
     """Adds a painted part to the whole, and frees it."""
     mesh = bpy.data.meshes.new("Human Part")
@@ -331,9 +349,9 @@ def _brow_shadow(eye: Vector, side: int, point: Vector) -> float:
     return (1 - t) * _smooth_step(0.0065, 0.001, distance) if point.y < eye.y else 0.0
 
 
-def _lips(head: BMesh) -> list[float]:
-    """MakeHuman's lips mask, 0 to 1, at each vertex of the head."""
-    image = bpy.data.images.load(str(_data_path("textures/mpfb_lips.jpg")))
+def _mask(head: BMesh, name: str) -> list[float]:
+    """MakeHuman's mask of a part of the head, 0 to 1, at each vertex."""
+    image = bpy.data.images.load(str(_data_path(f"textures/mpfb_{name}.jpg")))
     image.scale(MASK_SIZE, MASK_SIZE)
     channels = image.channels
     pixels = array("f", bytes(4 * channels * MASK_SIZE * MASK_SIZE))
@@ -347,7 +365,7 @@ def _lips(head: BMesh) -> list[float]:
 def _paint_skin(body: Body, head: BMesh) -> None:
     """Paints the head: flushed cheeks, nose and ears, shaded eyes, stubble, lips, brows and the roots of the hair."""
     middle = (body.eyes["l"] + body.eyes["r"]) / 2
-    for vert, lips in zip(head.verts, _lips(head), strict=True):
+    for vert, lips in zip(head.verts, _mask(head, "lips"), strict=True):
         point = vert.co.copy()
         below = middle.z - point.z
         mirrored = Vector((abs(point.x), point.y, point.z))
@@ -365,6 +383,21 @@ def _paint_skin(body: Body, head: BMesh) -> None:
         _paint(head, [vert], skin.lerp(HAIR, 0.85 * roots))
 
 
+def _assign_regions(body: Body, head: BMesh) -> None:
+    """Makes all of the head skin, and names the regions of its skin."""
+    _assign(head.faces, head, "other skin")
+    middle = (body.eyes["l"] + body.eyes["r"]) / 2
+    for face in head.faces:
+        offset = face.calc_center_median() - middle
+        mirrored = (abs(offset.x), offset.y, offset.z)
+        for region, low, high in REGION_BOXES:
+            if all(a <= value <= b for a, value, b in zip(low, mirrored, high, strict=True)):
+                _assign([face], head, region)
+                break
+    ear = dict(zip(head.verts, _mask(head, "ears"), strict=True))
+    _assign((face for face in head.faces if min(ear[v] for v in face.verts) > 0.5), head, "ears")
+
+
 def _eyeball(body: Body, side: str) -> BMesh:
     """A painted eyeball that looks ahead: rings about the gaze, close together where the color changes."""
     center = body.eyes[side]
@@ -378,6 +411,7 @@ def _eyeball(body: Body, side: str) -> BMesh:
         rings.append([eyeball.verts.new(center + radius * (math.cos(angle) * FRONT + spoke)) for spoke in spokes])
         _paint(eyeball, rings[-1], color)
     _bridge(eyeball, rings)
+    _assign(eyeball.faces, eyeball, "eyes")
     return eyeball
 
 
@@ -405,12 +439,17 @@ def _lashes(body: Body, side: str) -> BMesh:
 def _hair_cap(body: Body, head: BMesh) -> BMesh:
     """The scalp raised into a cap under the locks: it dips into the skin at the hairline, which it thereby draws."""
     cap = head.copy()
-    bald = [f for f in cap.faces if max(_above_hairline(body, v.co) for v in f.verts) < -0.012]
-    bmesh.ops.delete(cap, geom=bald, context="FACES")
+    raised = set()
     for vert, normal in [(vert, vert.normal.copy()) for vert in cap.verts]:
         thickness = 0.005 + 0.004 * max(normal.z, 0)
-        vert.co += normal * (thickness * _smooth_step(0, 0.025, _above_hairline(body, vert.co)) - 0.0015)
+        height = thickness * _smooth_step(0, 0.025, _above_hairline(body, vert.co)) - 0.0015
+        vert.co += height * normal
+        if height > 0:
+            raised.add(vert)
+    # What lies wholly below the skin would end the walks of light in it.
+    bmesh.ops.delete(cap, geom=[f for f in cap.faces if raised.isdisjoint(f.verts)], context="FACES")
     _paint(cap, cap.verts, 0.7 * HAIR)
+    _assign(cap.faces, cap, "other")
     return cap
 
 
@@ -498,6 +537,7 @@ def _head_parts(body: Body) -> list[BMesh]:
     foot = body.joints["neck_01"].z - 0.07
     head = _subdivided(_part(body, "body", lambda vertex: body.points[vertex].z > foot and abs(body.arms[vertex]) < 0.1))
     _paint_skin(body, head)
+    _assign_regions(body, head)
     cap = _hair_cap(body, head)
     parts = [cap, _hair_locks(body, cap)]
     for side in ("l", "r"):
@@ -671,7 +711,8 @@ def _clothes(body: Body) -> list[BMesh]:
 
 
 def human_mesh(name: str = "Human") -> bpy.types.Mesh:
-    """Builds the character as one smooth-shaded mesh without materials, painted in ALBEDO_ATTRIBUTE.
+    """Builds the character as one smooth-shaded mesh without materials, painted in ALBEDO_ATTRIBUTE, its faces told apart by
+    REGION_ATTRIBUTE.
 
     Raises HumanDataMissing where MakeHuman's data is not installed.
     """

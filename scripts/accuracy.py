@@ -55,12 +55,12 @@ def engines(_options: Namespace, engines: list["Engine"], terminal: Terminal) ->
 
 
 def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
-    """Hold GLSL and OSL in 32-bit floats against their formulas in 50 digits, on random and on extreme inputs."""
+    """Hold GLSL and OSL in 32-bit floats against their formulas in 50 digits, and the plain subsurface formulas against ours."""
     try:
         import referee
     except ImportError as error:
         raise BadInput(f"the formulas in all digits need a package that is not installed: {error}") from error
-    from true_diffuse.addon import stability_glsl, stability_osl
+    from true_diffuse.addon import stability_glsl, stability_osl, stability_subsurface
     from true_diffuse.addon.engines import CYCLES, EEVEE
     from true_diffuse.addon.measure import judge
     from true_diffuse.addon.osl import compiles_osl
@@ -78,7 +78,9 @@ def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -
             found = list(home.stability(referee.radiance, quick, count, progress))
         terminal.table(f"{name} in 32-bit floats: the largest errors", *judge.table(found))
         records += found
-    return records
+    formulas = list(stability_subsurface.records())
+    terminal.table("Subsurface formulas at their ends", *stability_subsurface.table(formulas))
+    return records + formulas
 
 
 def cost(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
@@ -130,6 +132,19 @@ def extremes(options: Namespace, engines: list["Engine"], terminal: Terminal) ->
     return records
 
 
+def subsurface(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
+    """Hold the group Subsurface on a slab against its model: profiles, edges of shadows, albedos, furnace, units, stiff inputs."""
+    from true_diffuse.addon import subsurface_accuracy
+
+    records = []
+    for part in subsurface_accuracy.PARTS:
+        with terminal.progress(part.work(engines, options.quick)) as progress:
+            found = list(part.records(engines, options.quick, progress))
+        terminal.table(part.title, *subsurface_accuracy.table(found))
+        records += found
+    return records
+
+
 MEASURES: dict[str, Measure] = {
     "rough": rough,
     "engines": engines,
@@ -138,6 +153,7 @@ MEASURES: dict[str, Measure] = {
     "furnace": furnace,
     "leak": leak,
     "extremes": extremes,
+    "subsurface": subsurface,
 }
 
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders the paper's five characters in EEVEE and Cycles and measures every pixel against the analytic models.
+"""Renders the paper's figures in EEVEE and Cycles and measures every pixel.
+
+Five characters against the analytic models; a face, with and without subsurface scattering, in one engine against the other; where
+a narrow beam's light leaves a slab, against Burley and the dipole.
 
 uv run scripts/compare.py [OPTIONS]
 blender -b --python scripts/compare.py -- [OPTIONS]
@@ -8,9 +11,11 @@ blender -b --python scripts/compare.py -- [OPTIONS]
 import math
 import sys
 from argparse import ArgumentTypeError
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
@@ -18,13 +23,17 @@ from console import BadInput, Parser, Terminal, script_arguments
 from frame import ENGINE_KEYS, engine_list, run_script, sample_count, start_blender
 from outputs import Staging
 
-SAMPLES = {"eevee": 16, "cycles": 32}
+if TYPE_CHECKING:
+    from bpy.types import Mesh
+
+    from true_diffuse.addon.engines import Engine
 
 
 @dataclass(frozen=True)
 class Options:
     """What the user asked for; `samples` is None for each engine's default."""
 
+    scene: str
     engines: tuple[str, ...]
     resolution: tuple[int, int]
     samples: int | None
@@ -34,6 +43,16 @@ class Options:
     full_figure: bool
     out: Path
     save_blend: bool
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What can be compared: how, the defaults, and which of the options that not every scene has it knows."""
+
+    compare: Callable[[Options, list["Engine"], Staging, Terminal], None]
+    resolution: tuple[int, int]
+    samples: Mapping[str, int]
+    knows: Mapping[str, object]  # by name, with defaults
 
 
 def main() -> int:
@@ -48,38 +67,53 @@ def parse(arguments: list[str]) -> Options:
     parser.add_argument(
         "--engine", type=engine_list, default=ENGINE_KEYS, metavar="LIST", help="engines, comma separated (default: eevee,cycles)"
     )
-    parser.add_argument("--resolution", type=_resolution, default=(1280, 480), metavar="WxH", help="pixels (default: 1280x480)")
-    parser.add_argument(
-        "--samples",
-        type=sample_count,
-        metavar="N",
-        help=f"samples per pixel (default: {SAMPLES['eevee']} in EEVEE, {SAMPLES['cycles']} in Cycles)",
-    )
+    parser.add_argument("--scene", choices=SCENES, default="five", help="what to compare (default: five)")
+    parser.add_argument("--resolution", type=_resolution, metavar="WxH", help=f"pixels (default: {_defaults(_size)})")
+    parser.add_argument("--samples", type=sample_count, metavar="N", help=f"samples per pixel (default: {_defaults(_samples)})")
     parser.add_argument(
         "--character",
-        default="human",
         metavar="WHO",
         help="human, monkey, or a .blend, .usd, .usda, .usdc, .usdz, .glb, .gltf or .obj file (default: human)",
     )
+    parser.add_argument("--sigma", type=_sigmas, metavar="LIST", help="five: facet slopes in radians (default: 0,0.2,0.33)")
+    parser.add_argument("--albedo", type=_albedo, metavar="RHO", help="five: of the lightest paint, 0 to 1 (default: 0.8)")
     parser.add_argument(
-        "--sigma", type=_sigmas, default=(0.0, 0.2, 0.33), metavar="LIST", help="facet slopes in radians (default: 0,0.2,0.33)"
+        "--full-figure", action="store_const", const=True, help="five: show the human from head to toe instead of as a bust"
     )
-    parser.add_argument("--albedo", type=_albedo, default=0.8, metavar="RHO", help="of the lightest paint, 0 to 1 (default: 0.8)")
-    parser.add_argument("--full-figure", action="store_true", help="show the human from head to toe instead of as a bust")
     parser.add_argument("--out", type=Path, default=Path("comparison"), metavar="DIR", help="folder to write (default: comparison)")
-    parser.add_argument("--save-blend", action="store_true", help="also write five.blend, the scene to open in Blender")
+    parser.add_argument("--save-blend", action="store_true", help="also write SCENE.blend, the scene to open in Blender")
     got = parser.parse_args(arguments)
+    scene = SCENES[got.scene]
+    special = {"character": got.character, "sigma": got.sigma, "albedo": got.albedo, "full_figure": got.full_figure}
+    for name, value in special.items():
+        if value is not None and name not in scene.knows:
+            parser.error(f"--scene {got.scene} has no option --{name.replace('_', '-')}")
+        special[name] = scene.knows.get(name) if value is None else value
     return Options(
+        scene=got.scene,
         engines=got.engine,
-        resolution=got.resolution,
+        resolution=got.resolution or scene.resolution,
         samples=got.samples,
-        character=got.character,
-        sigmas=got.sigma,
-        albedo=got.albedo,
-        full_figure=got.full_figure,
+        character=special["character"],
+        sigmas=special["sigma"],
+        albedo=special["albedo"],
+        full_figure=special["full_figure"],
         out=got.out,
         save_blend=got.save_blend,
     )
+
+
+def _size(scene: Scene) -> str:
+    return "{}x{}".format(*scene.resolution)
+
+
+def _samples(scene: Scene) -> str:
+    return f"{scene.samples['eevee']} in EEVEE, {scene.samples['cycles']} in Cycles"
+
+
+def _defaults(show: Callable[[Scene], str]) -> str:
+    """Return what `show` says of each scene, for the help."""
+    return "; ".join(f"{name}: {show(scene)}" for name, scene in SCENES.items())
 
 
 def _number(text: str) -> float:
@@ -118,39 +152,122 @@ def _albedo(text: str) -> float:
 
 def compare(options: Options, staging: Staging, terminal: Terminal) -> None:
     """Render, measure and write everything into `staging`, then publish it."""
-    chosen = start_blender(options.engines, terminal)
-    from true_diffuse.addon import comparison
-    from true_diffuse.scenes import character, five_characters
+    SCENES[options.scene].compare(options, start_blender(options.engines, terminal), staging, terminal)
+
+
+def _samples_of(options: Options, engine: "Engine") -> int:
+    return options.samples or SCENES[options.scene].samples[engine.key]
+
+
+def _load(options: Options) -> "Mesh":
+    from true_diffuse.scenes import character
 
     try:
-        mesh = character.load(options.character)
+        return character.load(options.character)
     except character.CharacterError as error:
         raise BadInput(str(error)) from error
+
+
+def compare_five(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> None:
+    """Compare the five characters with the analytic models."""
+    from true_diffuse.addon import comparison
+    from true_diffuse.scenes import five_characters
+
+    mesh = _load(options)
     bust = options.character == "human" and not options.full_figure
     stage = five_characters.build(mesh, options.albedo, bust, options.resolution, options.sigmas)
 
     folder = staging.folder
+    captions = comparison.five_captions(stage)
     with terminal.progress(comparison.work(stage, len(chosen))) as progress:
         seen = comparison.surfaces(stage, progress)
         measured = []
         for engine in chosen:
-            samples = options.samples or SAMPLES[engine.key]
-            comparison.render_picture(stage, engine, samples, folder, progress)
+            samples = _samples_of(options, engine)
+            comparison.render_picture(stage.scene, engine, samples, folder / "five", captions, progress)
             measured += comparison.measure(stage, seen, engine, samples, progress)
     comparison.write_error_maps(stage, measured, folder)
     records = [comparison.record(one, options.albedo) for one in measured]
     document = {"records": records, "environment": comparison.environment(chosen), "options": vars_of(options)}
     staging.write_json("compare.json", document)
     if options.save_blend:
-        comparison.save_blend(stage, folder / "five.blend")
+        comparison.save_blend(stage.scene, folder / "five.blend")
     written = staging.publish()
     terminal.table("Error against the analytic model, key light alone", *comparison.table(records))
     terminal.say(f"Wrote {', '.join(written)} to {options.out}")
 
 
+def compare_face(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> None:
+    """Compare one engine's head with BRDF, BSSRDF and the mixed model with the other's, region by region."""
+    from true_diffuse.addon import comparison, face_comparison
+    from true_diffuse.scenes import face
+
+    stage = face.build(_load(options), options.character == "human", options.resolution)
+    folder = staging.folder
+    captions = face_comparison.captions(stage)
+    pictures, measured = [], []
+    with terminal.progress(face_comparison.work(stage, chosen)) as progress:
+        seen = face_comparison.surfaces(stage, progress)
+        for engine in chosen:
+            samples = _samples_of(options, engine)
+            denoise = engine.key == "cycles"
+            seconds = comparison.render_picture(stage.scene, engine, samples, folder / "face", captions, progress, denoise)
+            pictures.append({"engine": engine.key, "samples": samples, "denoised": denoise, "render_seconds": seconds})
+            measured += face_comparison.measure(stage, engine, samples, progress)
+    records = face_comparison.records(seen, measured)
+    environment = comparison.environment(chosen)
+    document = {"records": records, "pictures": pictures, "environment": environment, "options": vars_of(options)}
+    staging.write_json("compare.json", document)
+    if options.save_blend:
+        comparison.save_blend(stage.scene, folder / "face.blend")
+    written = staging.publish()
+    terminal.table("EEVEE against Cycles on skin, key and back light alone", *face_comparison.table(records))
+    terminal.say(f"Wrote {', '.join(written)} to {options.out}")
+
+
+def compare_searchlight(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> None:
+    """Compare where a narrow beam's light leaves a slab with Burley and the dipole."""
+    from true_diffuse.addon import comparison, searchlight
+
+    if options.save_blend:
+        raise BadInput("--scene searchlight has no scene to save: it is built anew for every ring")
+    samples = {engine.key: _samples_of(options, engine) for engine in chosen}
+    with terminal.progress(searchlight.work(chosen)) as progress:
+        records = list(searchlight.records(chosen, samples, progress))
+    staging.write_text("searchlight.svg", searchlight.svg(records, *options.resolution))
+    document = {"records": records, "environment": comparison.environment(chosen), "options": vars_of(options)}
+    staging.write_json("compare.json", document)
+    written = staging.publish()
+    terminal.table("Where a narrow beam's light leaves the slab, R [1 / mfp^2]", *searchlight.table(records))
+    terminal.say(f"Wrote {', '.join(written)} to {options.out}")
+
+
+SCENES = {
+    "five": Scene(
+        compare=compare_five,
+        resolution=(1280, 480),
+        samples={"eevee": 16, "cycles": 32},
+        knows={"character": "human", "sigma": (0.0, 0.2, 0.33), "albedo": 0.8, "full_figure": False},
+    ),
+    "face": Scene(
+        compare=compare_face,
+        resolution=(1200, 480),
+        samples={"eevee": 32, "cycles": 20},
+        knows={"character": "human"},
+    ),
+    "searchlight": Scene(
+        compare=compare_searchlight,
+        resolution=(900, 560),
+        samples={"eevee": 16, "cycles": 1024},
+        knows={},
+    ),
+}
+
+
 def vars_of(options: Options) -> dict[str, object]:
-    """Return the options as they are kept in compare.json."""
-    return {name: str(value) if isinstance(value, Path) else value for name, value in asdict(options).items()}
+    """Return the options as they are kept in compare.json; those that the scene has not are left out."""
+    known = {name: value for name, value in asdict(options).items() if value is not None or name == "samples"}
+    return {name: str(value) if isinstance(value, Path) else value for name, value in known.items()}
 
 
 if __name__ == "__main__":

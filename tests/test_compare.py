@@ -83,6 +83,34 @@ def test_comparison_end_to_end(tmp_path: Path, eevee_runs_here: bool) -> None:
 
 
 @pytest.mark.render
+def test_face_end_to_end(tmp_path: Path, eevee_runs_here: bool) -> None:
+    engines = ["eevee", "cycles"] if eevee_runs_here else ["cycles"]
+    result = compare("--scene", "face", "--resolution", "300x120", "--samples", "8", "--out", "out", "--save-blend", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert "ears" in result.stdout and "100%" in result.stdout
+
+    written = [f"face_{engine}.{suffix}" for engine in engines for suffix in ("png", "exr")]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted([*written, "compare.json", "face.blend"])
+    document = json.loads((tmp_path / "out" / "compare.json").read_text())
+    assert document["options"]["scene"] == "face" and "sigmas" not in document["options"]
+    assert {picture["engine"]: picture["denoised"] for picture in document["pictures"]} == {e: e == "cycles" for e in engines}
+    records = {(record["look"], record["region"]): record for record in document["records"]}
+    assert len(records) == 3 * 7
+    for record in records.values():
+        assert record["scene"] == "face" and sorted(record["engines"]) == sorted(engines)
+        assert record["pixels"] > 20 and record["noise"] >= 0.0 and record["render_seconds"]["cycles"] > 0.0
+        assert record["samples"]["cycles"] == 2 * 8  # two takes
+    red, _, blue = (
+        records["bssrdf", "ears"]["mean_radiance"]["cycles"][i] / records["brdf", "ears"]["mean_radiance"]["cycles"][i]
+        for i in range(3)
+    )
+    assert red > 2.0 * blue  # against the light, blood's color comes through
+    if eevee_runs_here:
+        assert records["brdf", "front-lit"]["rms_difference"] < 0.01  # both engines have Lambert
+        assert records["bssrdf", "front-lit"]["rms_difference"] < 0.1  # at 8 samples; 5 % is promised
+
+
+@pytest.mark.render
 def test_black_character_has_no_relative_error(tmp_path: Path) -> None:
     options = "--character monkey --engine cycles --albedo 0 --resolution 160x60 --samples 1 --out out"
     result = compare(*options.split(), cwd=tmp_path, LC_ALL="C", PYTHONUTF8="0", PYTHONCOERCECLOCALE="0")
@@ -136,6 +164,9 @@ def test_without_a_graphics_driver_cycles_still_renders(tmp_path: Path) -> None:
         ("--out", "long" * 100),
         ("--out", "dangling"),
         ("--unknown",),
+        ("--scene", "theater"),
+        ("--scene", "face", "--sigma", "0.2"),
+        ("--scene", "face", "--full-figure"),
     ],
     ids=" ".join,
 )

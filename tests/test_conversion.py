@@ -15,6 +15,7 @@ from true_diffuse.addon.models.conversion import (
     DARKEST,
     LEAST_ALPHA,
     MU,
+    SCREEN,
     SKIN_IOR,
     H,
     burley,
@@ -105,7 +106,7 @@ def test_fed_numbers_are_sane_for_anything(color: float, brightest: float) -> No
 
 def test_eevee_is_fed_as_burley_where_its_map_is_1() -> None:
     # eq. (6) at A = 1: s = 1.9 - 1 + 3.5 * 0.04
-    assert eevee(0.5, 0.5).radius == pytest.approx(burley(0.5).radius * 1.04)
+    assert eevee(0.5, 0.5).radius == pytest.approx(burley(0.5).radius * SCREEN * 1.04)
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.1, 0.5, 1.0])

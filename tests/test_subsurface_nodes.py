@@ -38,7 +38,8 @@ def test_white_coat_hides_nothing_of_a_mirror(engine) -> None:
     """At IOR 1 there is nothing to mirror, so a coat of full weight changes nothing."""
     sphere = sphere_under_sun(48)
     looks = [
-        materials.create(f"Coat {weight}", SUBSURFACE, Color=COLOR, Subsurface=0.0, IOR=1.0, Specular=weight) for weight in (0.0, 1.0)
+        materials.create(f"Coat {weight}", SUBSURFACE, Color=COLOR, Subsurface=0.0, IOR=1.0, Specular=weight)
+        for weight in (0.0, 1.0)
     ]
     (_, without), (_, coated) = (sphere.radiance(one, [sphere.sun], None, engine, 4, shadows=False) for one in looks)
     measurable = [pixel for pixel, good in enumerate(sphere.surface().measurable) if good]

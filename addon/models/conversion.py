@@ -15,7 +15,8 @@ the normal (light's way turned round: a beam from mu = MU) it reflects the share
 - Cycles, Random Walk (Skin): half of the light enters as from everywhere, and the radius shrinks by sqrt(3 (1 - alpha')) of a
   standard dipole. Its color moves with the view, by up to a fifth; right is what is seen along the normal.
 - Cycles, Christensen-Burley: the profile of burley.py with d = radius / (4 pi), normalized to the color.
-- EEVEE: the same profile on the screen with d = radius / (4 pi s(A)), A = color / its brightest channel, eq. (6) of the paper.
+- EEVEE: the same profile on the screen with d = radius / (4 pi s(A)), A = color / its brightest channel, eq. (6) of the paper. It
+  cuts the profile short (SCREEN), and keeps radii in 10 bits, on average half a step too small (HALF_STEP).
 
 `scripts/fit_subsurface.py` finds the numbers. All arguments are clamped to [0, 1], NaN to 0.
 """
@@ -41,6 +42,8 @@ LEGACY = (1.3107, -0.60442, 0.86078, -1.6972, 2.1084, -1.0567)
 SKIN = (1.1167, -0.2224, 0.54516, -1.6331, 2.3059, -1.1888)
 SKIN_SHRINKING = (1.9349, -3.7188, 1.8027, 5.4531, -5.6936)  # three above, two below
 SKIN_LOST = 0.75  # of what Random Walk loses: as much as keeps white at 1
+SCREEN = 1.05  # as measured on edges of 10 cm
+HALF_STEP = 1.0 / 1023.0  # Blender's units, of radii up to 1
 LONGER = (1.0, 4.0, 12.0)  # in the share of the color that is lost
 
 
@@ -120,7 +123,10 @@ def burley(color: float) -> Fed:
 
 
 def eevee(color: float, brightest: float) -> Fed:
-    """Return what EEVEE's Subsurface closure is fed for a medium that reflects `color`, of whose channels one is `brightest`."""
+    """Return what EEVEE's Subsurface closure is fed for a medium that reflects `color`, of whose channels one is `brightest`.
+
+    To the radius in Blender's units comes HALF_STEP, or as much again where that is less.
+    """
     color, brightest = clamp(color, 0.0, 1.0), clamp(brightest, 0.0, 1.0)
     fed = burley(color)
-    return Fed(fed.color, fed.radius * diffuse_mfp(color / max(brightest, 1e-6)), 0.0)
+    return Fed(fed.color, fed.radius * SCREEN * diffuse_mfp(color / max(brightest, 1e-6)), 0.0)

@@ -16,8 +16,10 @@ from ..models.conversion import (
     BEAM,
     DARKENING,
     DARKEST,
+    HALF_STEP,
     LEGACY,
     LONGER,
+    SCREEN,
     SKIN,
     SKIN_IOR,
     SKIN_LOST,
@@ -118,7 +120,8 @@ def eevee(medium: Medium) -> Value:
     red, green, blue = (Value(graph, output) for output in separate.outputs)
     a = color * (1.0 / graph.maximum(graph.maximum(graph.maximum(red, green), blue), BRIGHTEST))
     off = a - 0.8
-    return medium.closure("BURLEY", color, medium.edge() * (1.9 - a + off * off * 3.5))
+    radius = medium.length * medium.edge() * (1.9 - a + off * off * 3.5) * (medium.scale * SCREEN)
+    return graph.subsurface("BURLEY", color, radius + graph.minimum(radius, HALF_STEP), 1.0, medium.n)
 
 
 def burley(medium: Medium) -> Value:

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The face's scene and the comparison of engines by regions of skin."""
+
+from array import array
+from itertools import pairwise
+
+import pytest
+from true_diffuse.addon import engines, face_comparison
+from true_diffuse.scenes import character, face
+from true_diffuse.scenes.human import REGION_ATTRIBUTE, REGIONS
+
+pytestmark = pytest.mark.usefixtures("empty_file")
+
+
+def test_human_has_every_region_on_both_sides() -> None:
+    mesh = character.load("human")
+    regions = mesh.attributes[REGION_ATTRIBUTE].data
+    places = {region: [] for region in REGIONS}
+    for polygon in mesh.polygons:
+        places[REGIONS[regions[polygon.index].value]].append(polygon.center)
+    for region in REGIONS:
+        xs = [place.x for place in places[region]]
+        assert min(xs) < -0.005 and max(xs) > 0.005
+    mean = {region: sum(p.z for p in places[region]) / len(places[region]) for region in REGIONS}
+    assert mean["forehead"] > mean["eyes"] > mean["nose"] > mean["nostrils"]
+    assert min(abs(place.x) for place in places["ears"]) > 0.05  # m, on the sides of the head
+    assert min(place.z for place in places["other skin"]) > 1.3  # the hands wear gloves
+
+
+@pytest.mark.parametrize("who", ["human", "monkey"])
+def test_only_skin_scatters(who: str) -> None:
+    stage = face.build(character.load(who), who == "human", (300, 120))
+    for head in stage.heads:
+        other, eyes, skin = (slot.material for slot in head.subject.material_slots)
+        used = {polygon.material_index for polygon in head.subject.data.polygons}
+        assert used == ({0, 1, 2} if who == "human" else {2})
+        group = skin.node_tree.nodes["Subsurface"].inputs
+        assert group["Subsurface"].default_value == pytest.approx(head.look.inputs["Subsurface"])
+        assert group["Scale"].default_value == 1.0  # no longer paths than those measured
+        assert tuple(group["Mean Free Path"].default_value) == pytest.approx((1 / 1.103, 1 / 1.66, 1 / 1.935))  # Jensen's Skin 2
+        assert eyes.node_tree.nodes["Subsurface"].inputs["Subsurface"].default_value == 0.0
+        assert "Subsurface" not in other.node_tree.nodes
+
+
+def test_heads_stand_side_by_side() -> None:
+    stage = face.build(character.load("human"), True, (1200, 480))
+    edges = []
+    for head in stage.heads:
+        xs = [(head.subject.matrix_world @ vertex.co).x for vertex in head.subject.data.vertices]
+        edges.append((min(xs), max(xs)))
+    assert all(left[1] <= right[0] + 1e-5 for left, right in pairwise(edges))
+
+
+def test_noise_is_told_from_difference() -> None:
+    """Two takes of 1 with noise that neither has in common: from their truth the other engine is 10 % off."""
+    look = face.LOOKS[0]
+    first = array("f", [x for x in (1.2, 1.2, 0.8, 0.8) for _ in range(3)])
+    second = array("f", [x for x in (1.2, 0.8, 1.2, 0.8) for _ in range(3)])
+    measured = [
+        face_comparison.Measured(look, engines.CYCLES, 4, 1.0, (first, second)),
+        face_comparison.Measured(look, engines.EEVEE, 4, 1.0, (array("f", [1.1] * 12),)),
+    ]
+    (record,) = face_comparison.records([face_comparison.Seen(look, {"ears": [0, 1, 2, 3]})], measured)
+    assert record["rms_difference"] == pytest.approx(0.1, rel=1e-5)
+    assert record["noise"] == pytest.approx((2 * 0.4**2 / (4 + 4 * 0.2**2)) ** 0.5 / 2, rel=1e-5)
+    assert record["mean_radiance"]["cycles"] == pytest.approx([1.0] * 3)
+    assert record["samples"] == {"cycles": 8, "eevee": 4}
+
+
+def test_region_out_of_sight_has_no_difference() -> None:
+    look = face.LOOKS[0]
+    picture = array("f", [1.0] * 3)
+    measured = [face_comparison.Measured(look, engines.CYCLES, 4, 1.0, (picture, picture))]
+    (record,) = face_comparison.records([face_comparison.Seen(look, {"ears": []})], measured)
+    assert record["rms_difference"] is None and record["noise"] is None and record["mean_radiance"] == {"cycles": None}
+    assert face_comparison.table([record])[1] == [("brdf", "ears", "0", "-", "-", "-", "-")]

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light scattered below the surface of a slab, as Blender's own Subsurface Scattering and the group render it."""
+
+import math
+from collections.abc import Generator
+from contextlib import contextmanager
+from xml.etree import ElementTree
+
+import bpy
+
+import pytest
+from true_diffuse.addon import engines, searchlight, subsurface_accuracy
+from true_diffuse.addon.measure.profile import edge_width
+from true_diffuse.addon.models import Burley
+from true_diffuse.scenes.slab import slab
+
+COLORS = (0.8, 0.5, 0.1)
+D = 2.0  # mm, of Burley's profile
+# Cycles ends Burley's profile at 16 d and makes up for it: everything nearer is more by 1 / 0.99638.
+TRUNCATION = Burley(D).cdf(16.0 * D)
+
+
+class Silent:
+    """Progress that nobody sees."""
+
+    @contextmanager
+    def step(self, text: str, work: float) -> Generator[None]:
+        yield
+
+    def within(self, work: float) -> None:
+        """Say nothing."""
+
+
+def plain(radius: float) -> bpy.types.Material:
+    """Return Blender's own Christensen-Burley; `radius` in mm."""
+    material = bpy.data.materials.new("Plain")
+    tree = material.node_tree
+    tree.nodes.clear()
+    node, output = tree.nodes.new("ShaderNodeSubsurfaceScattering"), tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(node.outputs[0], output.inputs["Surface"])
+    node.falloff = "BURLEY"
+    node.inputs["Color"].default_value = (*COLORS, 1.0)
+    node.inputs["Radius"].default_value, node.inputs["Scale"].default_value = (radius,) * 3, 0.001
+    return material
+
+
+def test_edge_width_finds_that_of_closed_forms() -> None:
+    # e^(-|x|) / 2: the response is e^x / 2 below the edge, 25 % at -ln 2. 64 values over 4 widths, or 6 to a width.
+    for step in (2.0 * math.log(2.0) / 16.0, 2.0 * math.log(2.0) / 6.0):
+        places = [(k - 63.5) * step for k in range(128)]
+        values = [0.5 * math.exp(x) if x < 0.0 else 1.0 - 0.5 * math.exp(-x) for x in places]
+        assert edge_width([3.0 * value for value in values], step) == pytest.approx(2.0 * math.log(2.0), rel=1e-9)
+    # a logistic edge, which bends the other way: 25 % at -ln 3
+    values = [1.0 / (1.0 + math.exp((63.5 - k) * 0.2)) for k in range(128)]
+    assert edge_width(values, 0.2) == pytest.approx(2.0 * math.log(3.0), rel=2e-3)
+
+
+def test_edge_width_is_nan_where_no_edge_shows() -> None:
+    assert math.isnan(edge_width([0.5] * 16, 1.0))
+    assert math.isnan(edge_width([0.0] * 16, 1.0))
+    assert math.isnan(edge_width([0.0] * 8 + [1.0] * 8, 1.0))
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("empty_file")
+def test_cycles_burley_spreads_light_as_the_closed_form_says() -> None:
+    burley, radii = Burley(D), [0.2 * D, 0.6 * D, 1.8 * D, 5.4 * D]
+    shares = slab(200.0 * D).rings(plain(4.0 * math.pi * D), engines.CYCLES, 512, radii)
+    for color, found in zip(COLORS, shares, strict=True):
+        for k, got in enumerate(found):
+            expected = color * (burley.cdf(radii[k + 1]) - burley.cdf(radii[k])) / TRUNCATION
+            # 131,000 paths, of which a share of 0.1 and more ends in a ring: 0.8 % is one standard deviation
+            assert got == pytest.approx(expected, rel=0.025)
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("empty_file")
+@pytest.mark.parametrize("scale_length", [1.0, 0.01], ids=["metres", "centimetres"])
+def test_slab_is_in_millimetres_in_scenes_of_any_unit(scale_length: float) -> None:
+    view, size = 4.0 * 1.633 * D, (64, 32)
+    material = plain(4.0 * math.pi * D / scale_length)
+    profile = slab(200.0 * D, scale_length=scale_length).edge(material, engines.CYCLES, 256, size, view)[0]
+    # 8200 paths in a column, 5 or 6 columns at either side of each crossing: 1.3 % of the width
+    assert edge_width(profile, view / size[0]) == pytest.approx(1.633036 * D, rel=0.04)
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("empty_file")
+@pytest.mark.parametrize("way", [subsurface_accuracy.WALK, subsurface_accuracy.BURLEY], ids=lambda way: way.method)
+def test_slab_lit_all_over_shows_the_color(way: subsurface_accuracy.Way) -> None:
+    shown = subsurface_accuracy.material(way, COLORS, (1.0,) * 3)
+    (found,) = slab(1000.0).albedos([shown], engines.CYCLES, 512)
+    for color, mean in zip(COLORS, found, strict=True):
+        # what Random Walk shows along the normal is up to 2 % below what it shows on the average of all views
+        assert mean.value == pytest.approx(color, abs=0.02 * color + 4.0 * mean.noise)
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("empty_file")
+def test_cells_keep_to_themselves() -> None:
+    body = slab(1000.0, 2, 2)
+    colors = (0.2, 0.4, 0.6, 0.8)
+    shown = [subsurface_accuracy.material(subsurface_accuracy.BURLEY, (color,) * 3, (1.0,) * 3) for color in colors]
+    for mu in (1.0, 0.3):
+        for color, channels in zip(colors, body.albedos(shown, engines.CYCLES, 64, mu), strict=True):
+            assert [mean.value for mean in channels] == pytest.approx([color] * 3, rel=0.02)
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("empty_file")
+def test_group_has_the_profile_of_its_model() -> None:
+    records = list(subsurface_accuracy.profile([engines.CYCLES], True, Silent()))
+    fields = {"case", "engine", "method", "quantity", "expected", "got", "error", "noise"}
+    assert all(set(record) == fields for record in records)
+    # 262,000 paths, of which a share of 0.03 and more ends in a ring: 1.1 % is one standard deviation at most
+    assert records[-1]["got"] <= 0.02
+    columns, rows = subsurface_accuracy.table(records)
+    assert len(rows) == len(records)
+    assert all(len(row) == len(columns) for row in rows)
+
+
+def test_searchlight_diagram_shows_every_curve() -> None:
+    records = [
+        {"engine": "cycles", "method": "Random Walk", "rendered": 0.4 / k, searchlight.BURLEY: 0.5 / k, searchlight.DIPOLE: 0.1 / k}
+        for k in range(1, len(searchlight.RADII))
+    ]
+    records[-1]["rendered"] = 0.0  # no path came there: left out
+    root = ElementTree.fromstring(searchlight.svg(records, 600, 400))
+    lines = [line.get("points", "").split() for line in root.iter("{http://www.w3.org/2000/svg}polyline")]
+    count = len(searchlight.RADII) - 1
+    assert [len(points) for points in lines] == [count, count, count - 1]
+    for points in lines:
+        x, y = zip(*(map(float, point.split(",")) for point in points), strict=True)
+        assert list(x) == sorted(x)
+        assert list(y) == sorted(y)  # all fall, and SVG's y points down
+        assert all(0.0 < value < 600.0 for value in x)
+        assert all(0.0 < value < 400.0 for value in y)
