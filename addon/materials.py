@@ -11,6 +11,7 @@ from .osl import compile_osl
 
 type Setting = float | str | tuple[float, ...]
 THICK = 100.0  # m; EEVEE corrects it by what shadows say, but not below a thousandth of it
+THICK_LABEL = "Thick: Keeps Light Out"
 TRANSMITTING = {"SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT", "BSDF_REFRACTION", "BSDF_GLASS"}
 
 
@@ -18,9 +19,7 @@ def create(name: str, group: Group, **inputs: Setting) -> bpy.types.Material:
     """Return a new material whose surface is `group`, its sockets set to `inputs` (by socket name; the rest at their defaults)."""
     material = _blank(name)
     _show(material, add_group(material.node_tree, group), inputs)
-    thicken(material.node_tree)
-    # EEVEE's own thickness, the object's size, lets no light through an ear; where nothing scatters below, it changes nothing
-    material.use_thickness_from_shadow = group is SUBSURFACE
+    set_thickness(material)
     return material
 
 
@@ -59,19 +58,33 @@ def set_inputs(node: bpy.types.Node, inputs: Mapping[str, Setting]) -> None:
         node.inputs[socket].default_value = value
 
 
-def thicken(tree: bpy.types.ShaderNodeTree) -> None:
-    """Let EEVEE take the surface of the material `tree` for thick, if nothing says how thick it is and nothing else depends on it.
+def set_thickness(material: bpy.types.Material) -> None:
+    """Tell EEVEE how thick `material` is, unless the artist has: thick where light only falls on it, else as its shadows say.
 
-    The groups' Subsurface closure scatters nothing, but EEVEE keeps its radius in steps of 2 mm and rounds it up in half of the
-    pixels. Then light from behind comes through meshes that are less than two steps across.
+    The Subsurface closure of Rough Diffuse scatters nothing, but EEVEE keeps its radius in steps of 2 mm, dithered. Then light from
+    behind comes through meshes that are less than two steps across. For the group Subsurface EEVEE's own thickness, the object's
+    size, would let no light through an ear.
     """
+    tree = material.node_tree
     output = tree.get_output_node("EEVEE")
-    if output is None or output.inputs["Thickness"].is_linked or any(map(_transmits, tree.nodes)):
+    if output is None:
         return
-    thick = tree.nodes.new("ShaderNodeValue")
-    thick.label, thick.location = "Thick: Keeps Light Out", (output.location.x - 300.0, output.location.y - 250.0)
-    thick.outputs[0].default_value, thick.select = THICK, False
-    tree.links.new(thick.outputs[0], output.inputs["Thickness"])
+    if any(map(_transmits, tree.nodes)):
+        for node in [node for node in tree.nodes if node.label == THICK_LABEL]:
+            tree.nodes.remove(node)
+        if any(_key(node) == SUBSURFACE.key for node in tree.nodes):
+            material.use_thickness_from_shadow = True
+    elif not output.inputs["Thickness"].is_linked:
+        thick = tree.nodes.new("ShaderNodeValue")
+        thick.label, thick.location = THICK_LABEL, (output.location.x - 300.0, output.location.y - 250.0)
+        thick.outputs[0].default_value, thick.select = THICK, False
+        tree.links.new(thick.outputs[0], output.inputs["Thickness"])
+
+
+def _key(node: bpy.types.Node) -> str | None:
+    """Return the key of our group that `node` holds, in whichever version, or None."""
+    stamp = node.node_tree.get(STAMP) if node.type == "GROUP" and node.node_tree else None
+    return stamp and stamp.partition("/")[0]
 
 
 def _transmits(node: bpy.types.Node) -> bool:
@@ -80,8 +93,7 @@ def _transmits(node: bpy.types.Node) -> bool:
         weights = (node.inputs["Transmission Weight"], node.inputs["Subsurface Weight"])
         return any(weight.is_linked or weight.default_value > 0.0 for weight in weights)
     if node.type == "GROUP":
-        ours = node.node_tree and node.node_tree.get(STAMP)
-        return not ours or ours == SUBSURFACE.stamp
+        return _key(node) in (None, SUBSURFACE.key)
     return node.type in TRANSMITTING
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import bpy
 
-from .materials import Setting, add_group, create, set_inputs, thicken
+from .materials import Setting, add_group, create, set_inputs, set_thickness
 from .nodes import GROUPS, SUBSURFACE, Group, lamps
 from .presets import PRESETS
 
@@ -45,7 +45,7 @@ class AddsNode(bpy.types.Operator):
             node.select = False
         node = add_group(tree, group)
         set_inputs(node, inputs)
-        thicken(tree)
+        set_thickness(context.space_data.id)
         node.location = context.space_data.cursor_location
         tree.nodes.active = node
         return {"FINISHED"}

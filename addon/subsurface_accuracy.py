@@ -70,6 +70,8 @@ UNITS, UNIT_WAYS, UNIT_PATH = ((1.0, "metres"), (0.01, "centimetres")), (WALK, B
 STIFF: tuple[tuple[str, tuple[float, float, float], tuple[float, float, float], float], ...] = (
     # case, Color, Mean Free Path [mm], Blender's unit [m]
     ("mean free path 0", (0.8, 0.5, 0.1), (0.0, 0.0, 0.0), 1.0),
+    ("mean free path 0, color 1", (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), 1.0),
+    ("mean free path 1e-3 mm, color 1", (1.0, 1.0, 1.0), (1e-3, 1e-3, 1e-3), 1.0),
     ("mean free path 1e-6 mm", (0.8, 0.5, 0.1), (1e-6, 1e-6, 1e-6), 1.0),
     ("mean free path 1 km", (0.8, 0.5, 0.1), (1e6, 1e6, 1e6), 1.0),
     ("mean free paths 1, 0.03, 1e-3 mm", (0.8, 0.5, 0.1), (1.0, 0.03, 1e-3), 1.0),

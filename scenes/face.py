@@ -29,7 +29,7 @@ AIR = 0.04  # above the crown, as a share of the height shown
 DISTANCE = 5.0  # m, of the camera
 STAGGER = 0.2  # m, by which each head is nearer than the one to its left, out of its shadow
 # Suns: towards the lamp, irradiance [W/m^2] on a plane that faces it, angle across [degrees], linear RGB
-KEY = (Vector((-0.62, -0.70, 0.42)), 2.3, 8.0, (1.0, 0.96, 0.91))
+KEY = (Vector((-0.62, -0.70, 0.42)), 2.3, 3.0, (1.0, 0.96, 0.91))
 BACK = (Vector((0.42, 0.86, 0.30)), 12.0, 3.0, (1.0, 0.98, 0.95))
 SURROUNDINGS = (0.022, 0.025, 0.030)  # radiance of the sky all around [W/(m^2 sr)], which is the backdrop, too
 CLOTHES = 0.4  # times their paint: dark enough to leave the eye on the face
@@ -48,7 +48,11 @@ class Look:
 LOOKS = (
     Look("brdf", "BRDF:  Lambert", {"Model": "Lambert", "Subsurface": 0.0, "Specular": 0.0}),
     Look("bssrdf", "BSSRDF:  subsurface alone", {"Subsurface": 1.0, "Specular": 0.0}),
-    Look("mixed", "Mixed:  specular over both", {"Subsurface": MIXED_SUBSURFACE, "Roughness": SIGMA, "Specular": 1.0}),
+    Look(
+        "mixed",
+        "Mixed:  specular over both",
+        {"Subsurface": MIXED_SUBSURFACE, "Roughness": SIGMA, "Specular": 1.0, "Specular Roughness": 0.5},
+    ),
 )
 
 

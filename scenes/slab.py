@@ -28,7 +28,7 @@ type Picture = tuple[array[float], array[float], array[float]]  # red, green, bl
 
 MM = 0.001  # m
 CORNERS = 256  # of a circle: its area is 1e-4 too small
-SPOT = 0.1  # of the least radius of the rings: what Cycles' camera sees of the middle
+SPOT = 0.1  # of the outer radius of the first ring: what Cycles' camera sees of the middle
 SPOT_SIZE = 16  # pixels across it
 SPOT_PIXELS = 21  # whose centers a circle of as much area holds
 CELL, MARGIN = 16, 2  # pixels across a cell, and around what is measured of it

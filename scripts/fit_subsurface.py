@@ -16,6 +16,7 @@ import checkout  # noqa: F401 - makes the checkout the package true_diffuse
 from console import Parser, script_arguments
 from fit_lobes import solve
 from true_diffuse.addon.models.albedo import diffuse_albedo, plane_albedo
+from true_diffuse.addon.models.burley import EDGE_WIDTH_25_75, searchlight_mfp
 from true_diffuse.addon.models.conversion import BEAM, MU, SKIN_IOR, rational
 from true_diffuse.addon.models.walk import Exit, exits
 
@@ -119,6 +120,8 @@ def main() -> int:
         widths.append((color / count, wide))
     found = rational_fit(widths, *WIDTH_TERMS)
     show("WIDTH", found, WIDTH_TERMS[0], widths)
+    apart = ", ".join(f"{c:.2f}: {100.0 * (EDGE_WIDTH_25_75 / searchlight_mfp(c) / wide - 1.0):+.1f}" for c, wide in widths)
+    print(f"Burley's map for a beam is off by, at colors, in %: {apart}", flush=True)
 
     shrunk = []
     for s in ROOTS:

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import pytest
 from true_diffuse.addon import engines, face_comparison
+from true_diffuse.addon.presets import PRESETS
 from true_diffuse.scenes import character, face
 from true_diffuse.scenes.human import REGION_ATTRIBUTE, REGIONS
 
@@ -37,7 +38,7 @@ def test_only_skin_scatters(who: str) -> None:
         group = skin.node_tree.nodes["Subsurface"].inputs
         assert group["Subsurface"].default_value == pytest.approx(head.look.inputs["Subsurface"])
         assert group["Scale"].default_value == 1.0  # no longer paths than those measured
-        assert tuple(group["Mean Free Path"].default_value) == pytest.approx((1 / 1.103, 1 / 1.66, 1 / 1.935))  # Jensen's Skin 2
+        assert tuple(group["Mean Free Path"].default_value) == pytest.approx(PRESETS["skin_2"].inputs["Mean Free Path"])
         assert eyes.node_tree.nodes["Subsurface"].inputs["Subsurface"].default_value == 0.0
         assert "Subsurface" not in other.node_tree.nodes
 

@@ -68,11 +68,11 @@ def test_material_says_how_thick_it_is_unless_its_look_depends_on_it() -> None:
     socket = tree.get_output_node("EEVEE").inputs["Thickness"]
     assert socket.links[0].from_node.outputs[0].default_value == materials.THICK
     count = len(tree.nodes)
-    materials.thicken(tree)
+    materials.set_thickness(material)
     assert len(tree.nodes) == count
     tree.links.remove(socket.links[0])
     tree.nodes.new("ShaderNodeSubsurfaceScattering")
-    materials.thicken(tree)
+    materials.set_thickness(material)
     assert not socket.is_linked
 
 

@@ -7,6 +7,7 @@ import pytest
 from true_diffuse.addon import engines, materials
 from true_diffuse.addon.measure import error
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
+from true_diffuse.addon.nodes.graph import STAMP
 from true_diffuse.addon.nodes.subsurface import METHOD
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
 
@@ -60,6 +61,24 @@ def test_lengths_follow_the_scenes_unit(unit: float, meter: float) -> None:
 def test_material_keeps_its_own_thickness() -> None:
     """What is translucent must not be taken for thick."""
     material = materials.create("Skin", SUBSURFACE)
+    assert not material.node_tree.get_output_node("EEVEE").inputs["Thickness"].is_linked
+
+
+def test_thickness_does_not_depend_on_the_order_of_adding() -> None:
+    for first, second in ((ROUGH_DIFFUSE, SUBSURFACE), (SUBSURFACE, ROUGH_DIFFUSE)):
+        material = materials.create("Both", first)
+        materials.add_group(material.node_tree, second)
+        materials.set_thickness(material)
+        assert not material.node_tree.get_output_node("EEVEE").inputs["Thickness"].is_linked
+        assert material.use_thickness_from_shadow
+
+
+def test_older_version_of_the_group_is_still_translucent() -> None:
+    tree = SUBSURFACE.ensure()
+    tree[STAMP] = f"{SUBSURFACE.key}/0"
+    material = materials.create("Old", ROUGH_DIFFUSE)
+    material.node_tree.nodes.new("ShaderNodeGroup").node_tree = tree
+    materials.set_thickness(material)
     assert not material.node_tree.get_output_node("EEVEE").inputs["Thickness"].is_linked
 
 

@@ -20,6 +20,7 @@ EDGE_WIDTH_25_75, EDGE_WIDTH_10_90 = (
     1.633035806,
     5.070191694,
 )  # in d: between these shares of the light across the edge of a lit half-plane
+DIFFUSE_MAP = (1.9, 3.5, 0.8)  # s(A) = 1.9 - A + 3.5 (A - 0.8)^2
 STEP = 0.125
 
 
@@ -32,7 +33,7 @@ def searchlight_mfp(albedo: float) -> float:
 def diffuse_mfp(albedo: float) -> float:
     """Return s for l = mean free path and light from everywhere, equation (6); `albedo` A is clamped to [0, 1]. EEVEE's."""
     a = clamp(albedo, 0.0, 1.0)
-    return 1.9 - a + 3.5 * (a - 0.8) ** 2
+    return DIFFUSE_MAP[0] - a + DIFFUSE_MAP[1] * (a - DIFFUSE_MAP[2]) ** 2
 
 
 def searchlight_dmfp(albedo: float) -> float:

@@ -10,6 +10,8 @@ import math
 from .fresnel import boundary
 from .geometry import clamp
 
+HEAD_ON, GRAZING, SLOPE = 3.1, (0.2, 1.6, 2.4), 0.5
+
 
 def mean_cosine(mu: float, roughness: float) -> float:
     """Return the cosine at which a smooth surface reflects what a rough one does, seen at N.V = `mu`; in [0, 1].
@@ -18,8 +20,8 @@ def mean_cosine(mu: float, roughness: float) -> float:
     A + B + C = 1 - alpha / (1 + 3.1 alpha): our fit to GGX, F within 0.02 at index 1.4. Both are clamped to [0, 1].
     """
     mu, alpha = clamp(mu, 0.0, 1.0), clamp(roughness, 0.0, 1.0) ** 2
-    head_on = 1.0 - alpha / (1.0 + 3.1 * alpha)
-    a, b = alpha * alpha / (0.2 + alpha * (1.6 + 2.4 * alpha)), 0.5 * alpha
+    head_on = 1.0 - alpha / (1.0 + HEAD_ON * alpha)
+    a, b = alpha * alpha / (GRAZING[0] + alpha * (GRAZING[1] + GRAZING[2] * alpha)), SLOPE * alpha
     return math.sqrt(a + mu * (b + mu * (head_on - a - b)))
 
 

@@ -303,7 +303,8 @@ class Graph:
         return self.calculate("MINIMUM", a, b)
 
     def clamp(self, a: Operand, low: float, high: float) -> Value:
-        return self.minimum(self.maximum(a, low), high)
+        """Return `a` between `low` and `high`, NaN as `low`: the order of the operands decides that, in both engines."""
+        return self.minimum(self.maximum(low, a), high)
 
     def sqrt(self, a: Operand) -> Value:
         return self.math("SQRT", a)

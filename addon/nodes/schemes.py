@@ -47,7 +47,7 @@ def _along(graph: Graph, tangent: Operand, n: Value, up: Operand) -> tuple[Value
 def _apart(graph: Graph, facing: Operand, n: Value, color: Operand, bent: Value) -> Value:
     """Return EEVEE's two lobes without noise: `facing` around `n` and `color` around `bent`.
 
-    EEVEE rounds the radius of the first one up to 2 mm in half of the pixels; `materials.thicken` keeps light from behind out.
+    EEVEE keeps the radius of the first one in steps of 2 mm, dithered; `materials.set_thickness` keeps light from behind out.
     """
     return graph.add_shader(graph.unscattered(facing, n), graph.diffuse(color, bent), graph.translucent(BLACK))
 

@@ -11,7 +11,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ..models.albedo import VAN_DE_HULST, Rational
-from ..models.burley import EDGE_WIDTH_25_75
+from ..models.burley import DIFFUSE_MAP, EDGE_WIDTH_25_75
+from ..models.coat import GRAZING, HEAD_ON, SLOPE
 from ..models.conversion import (
     BEAM,
     DARKENING,
@@ -20,6 +21,7 @@ from ..models.conversion import (
     LEGACY,
     LONGER,
     SCREEN,
+    SHORTEST,
     SKIN,
     SKIN_IOR,
     SKIN_LOST,
@@ -99,10 +101,12 @@ class Medium:
         self.graph = graph
         self.color = graph.clamp(graph.input(COLOR), 0.0, 1.0)
         self.n = graph.normal()
-        self.length = graph.clamp(graph.input(MEAN_FREE_PATH), 0.0, LONGEST)
         # not a millimetre: a driver leaves what changes by some 1e-6 as it was
-        meter = graph.per_scene("Meter", "1 / unit if unit > 0 else 1", unit="unit_settings.scale_length")
+        meter = graph.per_scene("Meter", "1 / unit", unit="unit_settings.scale_length")
         self.scale = graph.clamp(graph.input(SCALE), 0.0, LONGEST) * (meter * 0.001)
+        length = graph.clamp(graph.input(MEAN_FREE_PATH), 0.0, LONGEST)
+        self.enters = graph.clamp((length * (self.scale * (1.0 / SHORTEST)) - 1.0) * 1000.0, 0.0, 1.0)
+        self.length = length * self.enters
 
     def closure(self, falloff: str, color: Value, radius: Value, ior: float | None = None) -> Value:
         """Return a Subsurface closure; `radius` in mean free paths."""
@@ -119,8 +123,9 @@ def eevee(medium: Medium) -> Value:
     graph.link(color, separate.inputs[0])
     red, green, blue = (Value(graph, output) for output in separate.outputs)
     a = color * (1.0 / graph.maximum(graph.maximum(graph.maximum(red, green), blue), BRIGHTEST))
-    off = a - 0.8
-    radius = medium.length * medium.edge() * (1.9 - a + off * off * 3.5) * (medium.scale * SCREEN)
+    middle, steep, lowest = DIFFUSE_MAP
+    off = a - lowest
+    radius = medium.length * medium.edge() * (middle - a + off * off * steep) * (medium.scale * SCREEN)
     return graph.subsurface("BURLEY", color, radius + graph.minimum(radius, HALF_STEP), 1.0, medium.n)
 
 
@@ -144,12 +149,18 @@ def walks(medium: Medium) -> Walks:
     tail = graph.vector_math("POWER", (1.0 / math.e,) * 3, t * t) / polynomial(graph, (1.0, math.sqrt(math.pi), 1.3), t)
     lost = tail * (H / math.sqrt(math.pi * STEPS))
     longer = polynomial(graph, LONGER, lost / graph.maximum(color, DARKEST))
-    rest, skin_rest = graph.diffuse(lost, medium.n), graph.diffuse(lost * SKIN_LOST, medium.n)
-    skin = longer / rational(graph, SKIN_SHRINKING, 3, color)
-    walk = medium.closure("RANDOM_WALK", reflectance(graph, VAN_DE_HULST, s), longer, ENTRY_IOR)
-    skin_walk = medium.closure("RANDOM_WALK_SKIN", dark * polynomial(graph, SKIN, dark), skin, SKIN_IOR)
-    legacy_walk = medium.closure("RANDOM_WALK_LEGACY", dark * polynomial(graph, LEGACY, dark), longer * (4.0 * math.pi), ENTRY_IOR)
-    return Walks(*(graph.add_shader(*pair) for pair in ((walk, rest), (skin_walk, skin_rest), (legacy_walk, rest))))
+
+    def walk(falloff: str, fed: Value, radius: Value, rest: Value, ior: float) -> Value:
+        closure = medium.closure(falloff, color + (fed - color) * medium.enters, radius, ior)
+        return graph.add_shader(closure, graph.diffuse(rest * medium.enters, medium.n))
+
+    skin = dark * polynomial(graph, SKIN, dark), longer / rational(graph, SKIN_SHRINKING, 3, color), lost * SKIN_LOST
+    legacy = dark * polynomial(graph, LEGACY, dark), longer * (4.0 * math.pi), lost
+    return Walks(
+        walk("RANDOM_WALK", reflectance(graph, VAN_DE_HULST, s), longer, lost, ENTRY_IOR),
+        walk("RANDOM_WALK_SKIN", *skin, SKIN_IOR),
+        walk("RANDOM_WALK_LEGACY", *legacy, ENTRY_IOR),
+    )
 
 
 def build(graph: Graph) -> dict[str, Value]:
@@ -182,8 +193,8 @@ def coat(graph: Graph, n: Value, base: Value) -> Value:
     roughness = graph.clamp(graph.input(SPECULAR_ROUGHNESS), 0.0, 1.0)
     alpha = roughness * roughness
     mu = graph.clamp(graph.dot(n, graph.geometry("Incoming")), 0.0, 1.0)
-    head_on = 1.0 - alpha / (1.0 + 3.1 * alpha)
-    a, b = alpha * alpha / (0.2 + alpha * (1.6 + 2.4 * alpha)), 0.5 * alpha
+    head_on = 1.0 - alpha / (1.0 + HEAD_ON * alpha)
+    a, b = alpha * alpha / (GRAZING[0] + alpha * (GRAZING[1] + GRAZING[2] * alpha)), SLOPE * alpha
     cosine = graph.maximum(graph.sqrt(a + mu * (b + mu * (head_on - a - b))), 1e-6)
     fresnel = 1.0 - transmittance(graph, cosine, graph.clamp(graph.input(IOR), 1.0, 3.0))
     weight = graph.clamp(graph.input(SPECULAR), 0.0, 1.0)
