@@ -4,7 +4,10 @@
 uv run scripts/accuracy.py --only rough --out accuracy.json
 """
 
+import json
+import subprocess
 import sys
+import tempfile
 from argparse import Namespace
 from collections.abc import Callable
 from functools import partial
@@ -145,6 +148,31 @@ def subsurface(options: Namespace, engines: list["Engine"], terminal: Terminal) 
     return records
 
 
+def usd(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
+    """Hold each rough model against its formula after it has gone through USD, in MaterialX's GLSL and in Hydra Storm."""
+    from true_diffuse.addon import usd as usd_files
+    from true_diffuse.addon import usd_accuracy
+    from true_diffuse.addon.engines import EEVEE
+    from true_diffuse.scenes.sphere import sphere_under_sun
+
+    if EEVEE not in engines:
+        raise BadInput("Hydra Storm needs EEVEE's graphics driver")
+    usd_files.register()
+    with tempfile.TemporaryDirectory() as folder, terminal.progress(usd_accuracy.work(options.quick)) as progress:
+        found = list(usd_accuracy.records(sphere_under_sun(SIZE), Path(folder), check_usd, options.quick, progress))
+    terminal.table("Error after the way through USD, light at the angle from the viewer, in %", *usd_accuracy.table(found))
+    return found
+
+
+def check_usd(file: Path) -> list["Record"]:
+    """Return what check_usd.py finds, in a process without Blender's copies of OpenUSD and MaterialX."""
+    command = [sys.executable, str(Path(__file__).with_name("check_usd.py")), "--json", str(file)]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    if not result.stdout:
+        raise BadInput(f"check_usd.py does not run here: {result.stderr.strip().splitlines()[-1]}")
+    return json.loads(result.stdout)
+
+
 MEASURES: dict[str, Measure] = {
     "rough": rough,
     "engines": engines,
@@ -154,6 +182,7 @@ MEASURES: dict[str, Measure] = {
     "leak": leak,
     "extremes": extremes,
     "subsurface": subsurface,
+    "usd": usd,
 }
 
 

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Our groups as MaterialX networks of its physically based library, 1.39.
+
+    Rough Diffuse       oren_nayar_diffuse_bsdf
+    Subsurface          dielectric_bsdf over a mix of subsurface_bsdf and oren_nayar_diffuse_bsdf
+    Standard Specular   oren_nayar_diffuse_bsdf of roughness 0 and a microfacet lobe, added
+
+The lobe of Standard Specular is that of the node group: GGX with alpha^2 = 2 / (n + 2), (n + 8) / (n + 2) k_s high, times V.H,
+which generalized_schlick_bsdf gives with exponent 1 from color0 to black: at the mirror direction that is mu.
+"""
+
+from collections.abc import Callable
+
+from ..models.geometry import clamp
+from .nearest import Nearest
+from .network import BOOL, COLOR, COLOR4, FILE, FLOAT, INT, STRING, TOKEN, VECTOR2, Constant, Input, Network, Output
+from .surface import Attribute, Image, Surface, slope
+
+VERSION = "1.39"
+LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear Rec. 709, by which Blender makes a number of a color
+
+
+def network(surface: Surface, millimeter: float) -> Network:
+    """Return the network of `surface`; a `millimeter` in the stage's units."""
+    builder = _Builder(surface)
+    bsdf = {"rough_diffuse": builder.rough, "subsurface": lambda: builder.subsurface(millimeter), "specular": builder.specular}
+    builder.surface(bsdf[surface.group]())
+    return builder.network
+
+
+def _rgb(value: float) -> Constant:
+    return Constant(COLOR, (value, value, value))
+
+
+class _Builder:
+    def __init__(self, surface: Surface) -> None:
+        self.given = surface
+        self.network = Network("MaterialX_")
+
+    def surface(self, bsdf: Output) -> None:
+        self.network.add("surface", "ND_surface", TOKEN, bsdf=bsdf)
+
+    def rough(self) -> Output:
+        given = self.given
+        nearest = Nearest(given.choice("Model"), given.number("Roughness"), given.number("IOR"))
+        fixed = nearest.law.roughness is not None
+        return self.network.add(
+            "diffuse",
+            "ND_oren_nayar_diffuse_bsdf",
+            TOKEN,
+            color=self.color("Color", nearest.color),
+            roughness=Constant(FLOAT, nearest.roughness) if fixed else self.number("Roughness", lambda _: nearest.roughness),
+            energy_compensation=Constant(BOOL, nearest.law.compensated),
+        )
+
+    def subsurface(self, millimeter: float) -> Output:
+        given, add = self.given, self.network.add
+        scale = clamp(given.number("Scale"), 0.0, float("inf")) * millimeter
+        scattered = add(
+            "subsurface",
+            "ND_subsurface_bsdf",
+            TOKEN,
+            color=self.color("Color", lambda rho: clamp(rho, 0.0, 1.0)),
+            radius=self.color("Mean Free Path", lambda length: scale * max(length, 0.0)),
+        )
+        base = add("base", "ND_mix_bsdf", TOKEN, fg=scattered, bg=self.rough(), mix=self.number("Subsurface", _unit))
+        coat = add(
+            "coat",
+            "ND_dielectric_bsdf",
+            TOKEN,
+            weight=self.number("Specular", _unit),
+            ior=Constant(FLOAT, clamp(given.number("IOR"), 1.0, 3.0)),
+            roughness=self.alpha("Specular Roughness"),
+        )
+        return add("layers", "ND_layer_bsdf", TOKEN, top=coat, base=base)
+
+    def specular(self) -> Output:
+        given, add = self.given, self.network.add
+        diffuse = add(
+            "diffuse",
+            "ND_oren_nayar_diffuse_bsdf",
+            TOKEN,
+            color=self.color("Color", _unit),
+            roughness=Constant(FLOAT, 0.0),
+            energy_compensation=Constant(BOOL, False),
+        )
+        height, alpha = highlight(given)
+        lobe = add(
+            "highlight",
+            "ND_generalized_schlick_bsdf",
+            TOKEN,
+            color0=_rgb(height),
+            color90=_rgb(0.0),
+            exponent=Constant(FLOAT, 1.0),
+            roughness=Constant(VECTOR2, (alpha, alpha)),
+        )
+        return add("sum", "ND_add_bsdf", TOKEN, in1=diffuse, in2=lobe)
+
+    def color(self, socket: str, law: Callable[[float], float]) -> Input:
+        """Return what `law` makes of a color or vector, channel by channel."""
+        source = self.given.fed.get(socket)
+        if source is None:
+            red, green, blue = map(law, self.given.rgb(socket))
+            return Constant(COLOR, (red, green, blue))
+        name = socket.replace(" ", "_")
+        value = self.image(name, source) if isinstance(source, Image) else self.attribute(name, source)
+        return self.scaled(name, value, source.factor * slope(law))
+
+    def number(self, socket: str, law: Callable[[float], float]) -> Input:
+        """Return what `law` makes of a number; the luminance of an image goes in as it is."""
+        source = self.given.fed.get(socket)
+        if not isinstance(source, Image):
+            return Constant(FLOAT, law(self.given.number(socket)))
+        name = socket.replace(" ", "_")
+        weights = Constant(COLOR, LUMINANCE)
+        gray = self.network.add(
+            f"{name}_gray", "ND_luminance_color3", COLOR, lumacoeffs=weights, **{"in": self.image(name, source)}
+        )
+        value = self.network.add(name, "ND_extract_color3", FLOAT, index=Constant(INT, 0), **{"in": gray})
+        return self.scaled(name, value, source.factor)
+
+    def alpha(self, socket: str) -> Input:
+        """Return alpha of a microfacet lobe both ways, the square of the roughness."""
+        roughness = self.number(socket, _unit)
+        if isinstance(roughness, Constant):
+            alpha = self.given.number(socket)
+            return Constant(VECTOR2, (_unit(alpha) ** 2, _unit(alpha) ** 2))
+        return self.network.add("alpha", "ND_roughness_anisotropy", VECTOR2, roughness=roughness)
+
+    def image(self, name: str, image: Image) -> Output:
+        coordinate = self.network.add(
+            f"{name}_coordinate", "ND_geompropvalue_vector2", VECTOR2, geomprop=Constant(STRING, image.primvar)
+        )
+        wrap = Constant(STRING, "constant" if image.wrap == "black" else image.wrap)
+        return self.network.add(
+            f"{name}_image",
+            "ND_image_color3",
+            COLOR,
+            file=Constant(FILE, image.file, "srgb_texture" if image.is_color else "lin_rec709"),
+            texcoord=coordinate,
+            uaddressmode=wrap,
+            vaddressmode=wrap,
+        )
+
+    def attribute(self, name: str, attribute: Attribute) -> Output:
+        value = self.network.add(
+            f"{name}_attribute", "ND_geompropvalue_color4", COLOR4, geomprop=Constant(STRING, attribute.primvar)
+        )
+        return self.network.add(f"{name}_rgb", "ND_convert_color4_color3", COLOR, **{"in": value})
+
+    def scaled(self, name: str, value: Output, factor: float) -> Output:
+        if factor == 1.0:
+            return value
+        identifier = "ND_multiply_color3FA" if value.type == COLOR else "ND_multiply_float"
+        return self.network.add(f"{name}_factor", identifier, value.type, in1=value, in2=Constant(FLOAT, factor))
+
+
+def _unit(value: float) -> float:
+    return clamp(value, 0.0, 1.0)
+
+
+def highlight(surface: Surface) -> tuple[float, float]:
+    """Return height and alpha of Standard Specular's lobe."""
+    exponent = clamp(surface.number("Exponent"), 0.0, 10000.0)
+    height = _unit(surface.number("Specular")) * (exponent + 8.0) / (exponent + 2.0)
+    return height, (2.0 / (exponent + 2.0)) ** 0.5

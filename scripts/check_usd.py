@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Checks the True Diffuse materials of USD files with programs that are not Blender: OpenUSD's validators, MaterialX's generators.
+
+uv run scripts/check_usd.py FILE [FILE ...]
+
+The GLSL that MaterialX generates runs on the graphics driver, and is held against the formula of the model that the file names.
+"""
+
+import json
+import math
+import random
+import struct
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+import checkout  # noqa: F401 - makes this checkout the package true_diffuse
+import materialx_code
+import moderngl
+from console import Parser, Terminal, script_arguments
+from pxr import Tf, Usd, UsdShade, UsdValidation
+from true_diffuse.addon import models
+from true_diffuse.addon.models import Model
+from true_diffuse.addon.models.vector import Vector, dot
+
+KEY = "trueDiffuse"  # of the custom data, see addon/usd/surface.py
+LIGHT: Vector = (0.0, 0.0, 1.0)
+COUNT = 64 * materialx_code.WIDTH
+
+
+def main() -> int:
+    """Run the script; returns the exit status."""
+    parser = Parser(prog="check_usd.py", description=__doc__.splitlines()[0])
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="USD files")
+    parser.add_argument("--json", action="store_true", help="print the records, and nothing else")
+    options = parser.parse_args(script_arguments())
+    records = []
+    for file in options.files:
+        try:
+            stage = Usd.Stage.Open(str(file))
+        except Tf.ErrorException:
+            parser.error(f"cannot open {file}")
+        records += list(check(file, stage))
+    if options.json:
+        print(json.dumps(records))
+    else:
+        with Terminal() as terminal:
+            terminal.table("Materials, as OpenUSD and MaterialX have them", *table(records))
+    return 1 if any(record["problems"] for record in records) else 0
+
+
+def problems(stage: Usd.Stage) -> list[str]:
+    """Return what OpenUSD's validators find, but that this copy of it, as it comes without MaterialX, does not know its shaders."""
+    registry = UsdValidation.ValidationRegistry()
+    found = UsdValidation.ValidationContext(registry.GetOrLoadAllValidators()).Validate(stage)
+    return [
+        f"{error.GetName()}: {error.GetMessage()}"
+        for error in found
+        if not (error.GetName() == "MissingShaderIdInRegistry" and "'ND_" in error.GetMessage())
+    ]
+
+
+def materials(stage: Usd.Stage) -> list[UsdShade.Material]:
+    """Return the True Diffuse materials."""
+    return [UsdShade.Material(prim) for prim in stage.Traverse() if prim.IsA(UsdShade.Material) and prim.HasCustomDataKey(KEY)]
+
+
+def check(file: Path, stage: Usd.Stage) -> Iterator[dict[str, object]]:
+    """Yield a record for the file, with what its validators find, and one for each True Diffuse material."""
+    yield {"file": file.name, "material": "", "problems": problems(stage)}
+    standard = materialx_code.library()
+    for material in materials(stage):
+        made = materialx_code.document(material, standard)
+        valid, message = made.validate()
+        code = {target: materialx_code.generate(made, target).getSourceCode("pixel") for target in materialx_code.GENERATORS}
+        data = material.GetPrim().GetCustomDataByKey(KEY)
+        yield {
+            "file": file.name,
+            "material": material.GetPrim().GetName(),
+            "model": data.get("inputs", {}).get("Model", ""),
+            "problems": ([] if valid else [message]) + [f"no {target}" for target, text in code.items() if not text],
+            "lines": {target: len(text.splitlines()) for target, text in code.items()},
+            **glsl_error(code["GLSL"], data),
+        }
+
+
+def formula(data: dict) -> tuple[Model, Sequence[float]] | None:
+    """Return the model that the custom `data` name, with the albedo by channel; None where it varies or is no BRDF alone."""
+    inputs = data.get("inputs", {})
+    if data.get("fed") or data.get("group") not in {"rough_diffuse", "specular"}:
+        return None
+    if data["group"] == "specular":
+        return models.Specular(inputs["Specular"], inputs["Exponent"]), inputs["Color"][:3]
+    roughness = inputs["Roughness"]
+    known = {
+        "Lambert": models.Lambert(),
+        "Oren-Nayar": models.OrenNayar(roughness),
+        "Fujii": models.Fujii(roughness),
+        "EON": models.Eon(roughness),
+        "Cycles Diffuse": models.CyclesDiffuse(roughness),
+        "Oren-Nayar 1994": models.OrenNayar1994(roughness),
+        "Wolff": models.Wolff(inputs["IOR"]),
+        "Pits": models.Pits(),
+    }
+    return known[inputs["Model"]], inputs["Color"][:3]
+
+
+def glsl_error(code: str, data: dict) -> dict[str, float]:
+    """Return how far generated GLSL is from the formula, over lights and views above the surface at random.
+
+    `rms` is relative to the RMS of the formula, `worst` to a white Lambert surface that faces the light; `worst_beside` is the
+    worst where light and viewer are less than a right angle apart. Nothing where there is no formula or no driver.
+    """
+    found = formula(data)
+    if found is None:
+        return {}
+    model, albedo = found
+    rows = list(directions(COUNT))
+    try:
+        colors = materialx_code.evaluate(code, LIGHT, rows)
+    except moderngl.Error:
+        return {}
+    squares = total = worst = beside = 0.0
+    for (normal, viewer), color in zip(rows, colors, strict=True):
+        for rho, value in zip(albedo, color, strict=True):
+            exact = model.radiance(normal, LIGHT, viewer, rho)
+            squares += (value - exact) ** 2
+            total += exact**2
+            off = math.pi * abs(value - exact)
+            worst = max(worst, off)
+            if dot(LIGHT, viewer) > 0.0:
+                beside = max(beside, off)
+    return {"rms": math.sqrt(squares / total), "worst": worst, "worst_beside": beside}
+
+
+def directions(count: int) -> Iterator[tuple[Vector, Vector]]:
+    """Yield N and V as 32-bit floats, evenly over all directions with N.L and N.V > 0."""
+    draw = random.Random(1)
+    while count:
+        normal, viewer = _direction(draw), _direction(draw)
+        if dot(normal, LIGHT) > 0.0 and dot(normal, viewer) > 0.0:
+            count -= 1
+            yield normal, viewer
+
+
+def _direction(draw: random.Random) -> Vector:
+    z, phi = draw.uniform(-1.0, 1.0), draw.uniform(0.0, 2.0 * math.pi)
+    sine = math.sqrt(1.0 - z * z)
+    x, y, z = struct.unpack("3f", struct.pack("3f", sine * math.cos(phi), sine * math.sin(phi), z))
+    return x, y, z
+
+
+def table(records: Sequence[dict]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return the columns and rows of `Terminal.table`."""
+    rows: list[tuple[str, ...]] = [
+        (
+            record["file"],
+            record["material"],
+            record.get("model", ""),
+            "; ".join(record["problems"]) or "none",
+            *(f"{record[key]:.2g}" if key in record else "-" for key in ("rms", "worst", "worst_beside")),
+        )
+        for record in records
+    ]
+    return ("File", "Material", "Model", "Problems", "GLSL RMS", "Worst", "Worst, L.V > 0"), rows
+
+
+if __name__ == "__main__":
+    sys.exit(main())

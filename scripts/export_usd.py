@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Writes a scene as USD: its True Diffuse materials as MaterialX networks, each with a UsdPreviewSurface beside it.
+
+uv run scripts/export_usd.py [OPTIONS]
+blender -b --python scripts/export_usd.py -- [OPTIONS]
+"""
+
+import sys
+from argparse import ArgumentTypeError, Namespace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from console import BadInput, Parser, Terminal, script_arguments
+from frame import run_script, start_blender
+from outputs import Staging
+
+if TYPE_CHECKING:
+    import bpy
+
+BUILT = ("five", "face")
+SUFFIXES = (".usda", ".usdc", ".usdz", ".usd")
+RESOLUTION = (1280, 480)  # what the built scenes' cameras are framed for
+ALBEDO = 0.8  # of the five characters' lightest paint
+
+
+def main() -> int:
+    """Run the script; returns the exit status."""
+    options = parse(script_arguments())
+    return run_script("export_usd.py", options.out.parent, partial(export, options))
+
+
+def parse(arguments: list[str]) -> Namespace:
+    """Return the options; ends the process with one line and status 2 where they make no sense."""
+    parser = Parser(prog="export_usd.py", description=__doc__.splitlines()[0])
+    parser.add_argument("--scene", default="five", metavar="WHAT", help="five, face, or a .blend file (default: five)")
+    parser.add_argument("--character", default="human", metavar="WHO", help="of five and face, as in compare.py (default: human)")
+    parser.add_argument("--material", metavar="NAME", help="only the objects that have this material")
+    parser.add_argument(
+        "--out", type=_usd_file, default=Path("true_diffuse.usdz"), metavar="FILE", help="default: true_diffuse.usdz"
+    )
+    options = parser.parse_args(arguments)
+    if options.scene not in BUILT and Path(options.scene).suffix != ".blend":
+        parser.error(f"unknown scene {options.scene!r}: choose five, face or a .blend file")
+    if options.out.is_dir():
+        parser.error(f"{options.out} is a folder")
+    return options
+
+
+def _usd_file(text: str) -> Path:
+    path = Path(text)
+    if path.suffix.lower() not in SUFFIXES or not path.stem:
+        raise ArgumentTypeError(f"{text!r} is not a {', '.join(SUFFIXES)} file")
+    return path
+
+
+def export(options: Namespace, staging: Staging, terminal: Terminal) -> None:
+    """Build or open the scene, write it into `staging`, then publish it."""
+    start_blender(("cycles",), terminal)
+    import bpy
+
+    from true_diffuse.addon import usd
+
+    usd.register()
+    with terminal.progress(2.0) as progress:
+        with progress.step(f"Making ready {options.scene}", 1.0):
+            scene = _scene(options)
+            shown = _showing(scene, options.material)
+        for item in bpy.context.view_layer.objects:
+            item.select_set(item in shown)
+        with progress.step(f"Writing {len(shown)} objects", 1.0):
+            file = staging.folder / options.out.name
+            try:
+                bpy.ops.wm.usd_export(filepath=str(file), selected_objects_only=options.material is not None)
+            except RuntimeError as error:
+                raise BadInput(f"Blender cannot write {options.out}: {' '.join(str(error).split())}") from error
+    if not file.is_file():
+        raise BadInput(f"Blender cannot write {options.out}")
+    for line in usd.report.take():
+        terminal.say(line)
+    written = _publish_textures(staging) + staging.publish()
+    terminal.say(f"Wrote {', '.join(written)} to {options.out.parent}")
+
+
+def _scene(options: Namespace) -> "bpy.types.Scene":
+    """Return the scene asked for, shown in the window: the exporter takes that one."""
+    import bpy
+
+    if options.scene not in BUILT:
+        if not Path(options.scene).is_file():
+            raise BadInput(f"there is no file {options.scene}")
+        try:
+            bpy.ops.wm.open_mainfile(filepath=str(Path(options.scene).resolve()), load_ui=False, use_scripts=False)
+        except RuntimeError as error:
+            raise BadInput(f"Blender cannot open {options.scene}: {' '.join(str(error).split())}") from error
+        return bpy.context.scene
+    from true_diffuse.scenes import character, face, five_characters
+
+    human = options.character == "human"
+    try:
+        mesh = character.load(options.character)
+    except character.CharacterError as error:
+        raise BadInput(str(error)) from error
+    if options.scene == "face":
+        scene = face.build(mesh, human, RESOLUTION).scene
+    else:
+        scene = five_characters.build(mesh, ALBEDO, human, RESOLUTION).scene
+    bpy.context.window.scene = scene
+    return scene
+
+
+def _showing(scene: "bpy.types.Scene", material: str | None) -> list["bpy.types.Object"]:
+    """Return the objects that have the material of that name, or all. Raises BadInput where none has it."""
+    if material is None:
+        return list(scene.objects)
+    shown = [
+        item for item in scene.objects if any(slot.material and slot.material.name == material for slot in item.material_slots)
+    ]
+    if not shown:
+        names = sorted({slot.material.name for item in scene.objects for slot in item.material_slots if slot.material})
+        raise BadInput(f"no object has the material {material!r}; there are {', '.join(names) or 'none'}")
+    return shown
+
+
+def _publish_textures(staging: Staging) -> list[str]:
+    """Move the textures to a folder beside the final file, which may have others in it; returns their names."""
+    folder = staging.folder / "textures"
+    if not folder.is_dir():
+        return []
+    target = staging.target / folder.name
+    names = sorted(path.name for path in folder.iterdir())
+    try:
+        target.mkdir(exist_ok=True)
+        for name in names:
+            (folder / name).replace(target / name)
+    except OSError as error:
+        raise BadInput(f"cannot write to {target}: {error.strerror}") from error
+    folder.rmdir()
+    return [f"{folder.name}/{name}" for name in names]
+
+
+if __name__ == "__main__":
+    status = main()
+    sys.stdout.flush()
+    sys.exit(status)

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shader code that MaterialX's own library generates from the networks in USD files, and what its GLSL evaluates to.
+
+For a process without Blender, which has copies of its own of OpenUSD and MaterialX, without the generators of OSL and MDL.
+"""
+
+from array import array
+from collections.abc import Sequence
+from typing import Any
+
+import MaterialX as mx
+import MaterialX.PyMaterialXGenGlsl as mx_glsl
+import MaterialX.PyMaterialXGenMdl as mx_mdl
+import MaterialX.PyMaterialXGenOsl as mx_osl
+import MaterialX.PyMaterialXGenShader as mx_gen  # before the generators, which need it loaded
+import moderngl
+from pxr import Sdf, UsdShade
+
+type Vector = tuple[float, float, float]
+
+MATERIAL = "True_Diffuse"
+GENERATORS = {
+    "GLSL": mx_glsl.GlslShaderGenerator,
+    "OSL": mx_osl.OslShaderGenerator,
+    "MDL": mx_mdl.MdlShaderGenerator,
+}
+
+
+DRIVER: Any = {"backend": "egl", "libgl": "libGL.so.1", "libegl": "libEGL.so.1"}
+WIDTH = 64  # pixels in a row of the target
+# In the place of the generated vertex shader: a point for each pixel, the viewer at the origin.
+VERTEX = """#version 400
+in vec2 pixel;
+in vec3 normal;
+in vec3 viewer;
+out VertexData {block} vd;
+void main()
+{{
+    gl_Position = vec4(pixel, 0.0, 1.0);
+    vd.normalWorld = normal;
+    vd.positionWorld = -viewer;
+    {tangent}
+}}
+"""
+TANGENT = "vd.tangentWorld = normalize(cross(normal, normal.yzx + vec3(0.0, 0.0, 2.0)));"
+
+
+def library() -> mx.Document:
+    """Return MaterialX's standard libraries."""
+    standard = mx.createDocument()
+    mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), standard)
+    return standard
+
+
+def document(material: UsdShade.Material, standard: mx.Document) -> mx.Document:
+    """Return the MaterialX network of `material` as a document on top of the `standard` libraries.
+
+    Raises KeyError for a shader or an input that they do not have.
+    """
+    made = mx.createDocument()
+    made.importLibrary(standard)
+    surface = material.GetSurfaceOutput("mtlx").GetConnectedSources()[0][0].source.GetPrim()
+    for prim in surface.GetParent().GetChildren():
+        shader = UsdShade.Shader(prim)
+        if shader and shader.GetShaderId().startswith("ND_"):
+            _node(made, shader)
+    made.addMaterialNode(MATERIAL, made.getNode(surface.GetName()))
+    return made
+
+
+def _node(made: mx.Document, shader: UsdShade.Shader) -> None:
+    definition = made.getNodeDef(shader.GetShaderId())
+    if definition is None:
+        raise KeyError(shader.GetShaderId())
+    node = made.addNode(definition.getNodeString(), shader.GetPrim().GetName(), definition.getType())
+    node.setNodeDefString(definition.getName())
+    for given in shader.GetInputs():
+        declared = definition.getInput(given.GetBaseName())
+        if declared is None:
+            raise KeyError(f"{shader.GetShaderId()}.{given.GetBaseName()}")
+        socket = node.addInput(given.GetBaseName(), declared.getType())
+        sources = given.GetConnectedSources()[0]
+        if sources:
+            socket.setNodeName(sources[0].source.GetPrim().GetName())
+        else:
+            socket.setValueString(_text(given.Get()))
+        if given.GetAttr().HasColorSpace():
+            socket.setColorSpace(given.GetAttr().GetColorSpace())
+
+
+def _text(value: object) -> str:
+    """Return a value as MaterialX writes it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (str, int, float)):
+        return str(value)
+    if isinstance(value, Sdf.AssetPath):
+        return value.path
+    return ", ".join(map(str, value))
+
+
+def generate(made: mx.Document, target: str) -> mx_gen.Shader:
+    """Return the code that MaterialX generates from a document for a `target` of GENERATORS; in GLSL for one directional light."""
+    generator = GENERATORS[target].create()
+    context = mx_gen.GenContext(generator)
+    context.registerSourceCodeSearchPath(mx.getDefaultDataSearchPath())
+    generator.registerTypeDefs(made)
+    color = mx_gen.DefaultColorManagementSystem.create(generator.getTarget())
+    color.loadLibrary(made)
+    generator.setColorManagementSystem(color)
+    options = context.getOptions()
+    options.targetColorSpaceOverride = "lin_rec709"
+    options.hwMaxActiveLightSources = 1
+    if target == "GLSL":
+        mx_gen.HwShaderGenerator.bindLightShader(made.getNodeDef("ND_directional_light"), 1, context)
+    return generator.generate(MATERIAL, made.getNode(MATERIAL), context)
+
+
+def evaluate(pixel_shader: str, light: Vector, rows: Sequence[tuple[Vector, Vector]]) -> list[Vector]:
+    """Return the radiance [W/(m^2 sr)] that generated GLSL gives for each (N, V) of `rows`, all under one light towards `light`.
+
+    E0 is 1 W/m^2; rows are whole multiples of WIDTH. Raises moderngl.Error where there is no driver or it does not compile.
+    """
+    context = moderngl.create_context(standalone=True, **DRIVER)
+    block = pixel_shader.split("in VertexData", 1)[1].split("vd;", 1)[0]
+    tangent = TANGENT if "tangentWorld" in block else ""
+    program = context.program(vertex_shader=VERTEX.format(block=block, tangent=tangent), fragment_shader=pixel_shader)
+    values = {
+        "u_numActiveLightSources": 1,
+        "u_lightData[0].type": 1,
+        "u_lightData[0].direction": tuple(-x for x in light),
+        "u_lightData[0].color": (1.0, 1.0, 1.0),
+        "u_lightData[0].intensity": 1.0,
+        "u_envLightIntensity": 0.0,
+    }
+    for name, value in values.items():
+        program[name] = value
+    height = len(rows) // WIDTH
+    points = array("f")
+    for index, (normal, viewer) in enumerate(rows):
+        x, y = 2.0 * (index % WIDTH + 0.5) / WIDTH - 1.0, 2.0 * (index // WIDTH + 0.5) / height - 1.0
+        points.extend((x, y, *normal, *viewer))
+    target = context.framebuffer(color_attachments=[context.renderbuffer((WIDTH, height), 4, dtype="f4")])
+    target.use()
+    target.clear()
+    vertices = context.vertex_array(program, [(context.buffer(points), "2f 3f 3f", "pixel", "normal", "viewer")])
+    vertices.render(moderngl.POINTS)
+    colors = array("f")
+    colors.frombytes(target.read(components=3, dtype="f4"))
+    context.release()
+    return [(colors[i], colors[i + 1], colors[i + 2]) for i in range(0, len(colors), 3)]

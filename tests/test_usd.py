@@ -1,0 +1,578 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""USD: what Blender's own exporter writes of our materials, as OpenUSD and MaterialX without Blender have it, and the way back."""
+
+import json
+import math
+import os
+import random
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import bpy
+
+import pytest
+from true_diffuse.addon import glTF2ExportUserExtension, materials, models, presets, usd
+from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
+from true_diffuse.addon.nodes.rough_diffuse import MODES
+from true_diffuse.addon.nodes.rough_models import KINDS
+from true_diffuse.addon.usd import hook, nearest, report
+from true_diffuse.addon.usd.read import group_node, plain
+
+SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
+METHODS = ("Random Walk", "Christensen-Burley", "Random Walk (Skin)", "Random Walk (Legacy)")
+SIGMAS = (0.2, 0.33, 1.0)
+EXACT = ("Lambert", "Oren-Nayar", "EON")  # the models that MaterialX has
+COLOR = (0.9, 0.5, 0.1, 1.0)
+FORMULAS = {
+    "Lambert": models.Lambert(),
+    "Oren-Nayar": models.OrenNayar(0.4),
+    "Fujii": models.Fujii(0.4),
+    "EON": models.Eon(0.4),
+    "Cycles Diffuse": models.CyclesDiffuse(0.4),
+    "Oren-Nayar 1994": models.OrenNayar1994(0.4),
+    "Wolff": models.Wolff(1.4),
+    "Pits": models.Pits(),
+}
+# Prints each material's shaders and custom data, with the package usd-core, in a process without bpy.
+INSPECT = """
+import json, sys
+from pxr import Usd, UsdGeom, UsdShade
+stage = Usd.Stage.Open(sys.argv[1])
+def value(given):
+    sources = given.GetConnectedSources()[0]
+    if sources:
+        return f"{sources[0].source.GetPrim().GetName()}.{sources[0].sourceName}"
+    got = given.Get()
+    return list(got) if hasattr(got, "__len__") and not isinstance(got, str) else getattr(got, "path", got)
+seen = {"metersPerUnit": UsdGeom.GetStageMetersPerUnit(stage), "materials": {}, "bound": {}}
+for prim in stage.Traverse():
+    if prim.IsA(UsdShade.Material):
+        shaders = {}
+        for child in prim.GetChildren():
+            shader = UsdShade.Shader(child)
+            shaders[child.GetName()] = {given.GetBaseName(): value(given) for given in shader.GetInputs()}
+            shaders[child.GetName()]["id"] = shader.GetShaderId()
+        outputs = {output.GetFullName().removeprefix("outputs:"): value(output) for output in UsdShade.Material(prim).GetOutputs()}
+        data = prim.GetCustomDataByKey("trueDiffuse") or {}
+        seen["materials"][prim.GetName()] = {
+            "shaders": shaders, "outputs": outputs, "group": data.get("group"), "notCarried": list(data.get("notCarried", ())),
+        }
+    elif prim.IsA(UsdGeom.Mesh):
+        seen["bound"][prim.GetName()] = UsdShade.MaterialBindingAPI(prim).GetDirectBinding().GetMaterialPath().name
+print(json.dumps(seen))
+"""
+
+
+pytestmark = pytest.mark.usefixtures("empty_file")
+
+
+@pytest.fixture(autouse=True)
+def registered() -> Iterator[None]:
+    """What the add-on registers for USD."""
+    usd.register()
+    report.take()
+    yield
+    usd.unregister()
+
+
+def show(*shown: bpy.types.Material) -> bpy.types.Object:
+    """Return a new plane with one face for each of the materials."""
+    mesh = bpy.data.meshes.new("Plane")
+    corners = [(x, y, 0.0) for x in range(len(shown) + 1) for y in (0.0, 1.0)]
+    mesh.from_pydata(corners, [], [(2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1) for i in range(len(shown))])
+    mesh.uv_layers.new(name="UVMap")
+    for material in shown:
+        mesh.materials.append(material)
+    for index, face in enumerate(mesh.polygons):
+        face.material_index = index
+    item = bpy.data.objects.new("Plane", mesh)
+    bpy.context.scene.collection.objects.link(item)
+    return item
+
+
+def export(path: Path, **options: object) -> Path:
+    assert bpy.ops.wm.usd_export(filepath=str(path), **options) == {"FINISHED"}
+    return path
+
+
+def inspect(path: Path) -> dict:
+    command = [sys.executable, "-c", INSPECT, str(path)]
+    return json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+
+
+def check(path: Path) -> list[dict]:
+    """Return the records of scripts/check_usd.py, which runs without bpy."""
+    command = [sys.executable, str(SCRIPTS / "check_usd.py"), "--json", str(path)]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert result.stdout, result.stderr
+    return json.loads(result.stdout)
+
+
+def rough(model: str, roughness: float = 0.4, **inputs: object) -> bpy.types.Material:
+    name = f"{model} {roughness:g}"
+    return materials.create(name, ROUGH_DIFFUSE, **{"Model": model, "Roughness": roughness, "Color": COLOR} | inputs)
+
+
+def picture(path: Path, name: str = "painted") -> bpy.types.Image:
+    """Return a new image that is on disk."""
+    image = bpy.data.images.new(name, 4, 4)
+    image.filepath_raw, image.file_format = str(path), "PNG"
+    image.save()
+    return image
+
+
+def feed(material: bpy.types.Material, socket: str, image: bpy.types.Image | None) -> bpy.types.Node:
+    tree = material.node_tree
+    node = tree.nodes.new("ShaderNodeTexImage")
+    node.image = image
+    tree.links.new(node.outputs["Color"], group_node(material)[0].inputs[socket])
+    return node
+
+
+def values(material: bpy.types.Material) -> dict[str, object]:
+    node, group, _ = group_node(material)
+    return {"group": group.key} | {socket.name: plain(socket.default_value) for socket in node.inputs}
+
+
+def average(model: models.Model, rho: float) -> float:
+    """Return the average albedo by quadrature, to about 1e-5."""
+    return models.average_albedo(model, rho, order=16)
+
+
+def nearest_text(model: str) -> str:
+    return f"{model} is no model of MaterialX: {nearest.LAWS[model].near} stands for it"
+
+
+def test_others_find_no_fault_and_generate_shaders(tmp_path: Path) -> None:
+    made = [rough(kind.name, sigma) for kind in KINDS for sigma in (SIGMAS if kind.name in EXACT else SIGMAS[:1])]
+    show(*made)
+    show(materials.create("Coated", SUBSURFACE, Subsurface=0.6))
+    show(materials.create("Shiny", SPECULAR_GROUP))
+    painted = materials.create("Painted", SUBSURFACE)
+    for socket in ("Color", "Roughness", "Mean Free Path", "Specular Roughness"):
+        feed(painted, socket, picture(tmp_path / f"{socket.replace(' ', '')}.png", socket))
+    show(painted)
+    marked = rough("EON", 0.5)
+    materials.paint(marked, group_node(marked)[0].inputs["Color"], "Albedo", 0.7)
+    item = show(marked)
+    item.data.color_attributes.new("Albedo", "FLOAT_COLOR", "POINT")
+    records = check(export(tmp_path / "all.usda"))
+    assert [record["problems"] for record in records if record["problems"]] == []
+    assert len(records) == 1 + len(made) + 4
+    assert all(min(record["lines"].values()) > 10 for record in records[1:])
+
+    by_name = {record["material"]: record for record in records}
+    for sigma in SIGMAS:
+        equation_1 = by_name[f"Oren_Nayar_{sigma:g}".replace(".", "_")]
+        if "rms" not in equation_1:
+            pytest.skip("no graphics driver runs the GLSL that MaterialX generates")
+        assert equation_1["worst"] < 1e-6
+        eon = by_name[f"EON_{sigma:g}".replace(".", "_")]
+        assert eon["worst_beside"] < 1e-4
+        assert eon["worst"] > 0.01  # MaterialX takes L.V for 0 where it is below: mended one day, this may go
+    assert by_name["Shiny"]["rms"] < 0.04
+    assert by_name["Fujii_0_2"]["rms"] < 0.04 and by_name["Oren_Nayar_1994_0_2"]["rms"] < 0.04
+
+
+def test_closure_and_preview_have_the_models_albedo(tmp_path: Path) -> None:
+    show(*(rough(model, 0.4, IOR=1.4) for model in FORMULAS))
+    found = inspect(export(tmp_path / "all.usda"))["materials"]
+    said = report.take()
+    for model, formula in FORMULAS.items():
+        material = found[f"{model} 0.4".replace("-", "_").replace(" ", "_").replace(".", "_")]
+        assert material["outputs"] == {"surface": "Preview_surface.surface", "mtlx:surface": "MaterialX_surface.out"}
+        expected = [average(formula, rho) for rho in COLOR[:3]]
+
+        preview = material["shaders"]["Preview_surface"]
+        assert preview["diffuseColor"] == pytest.approx(expected, rel=1e-4)
+        assert (preview["roughness"], preview["ior"], preview["specularColor"]) == (1.0, 1.0, [0.0, 0.0, 0.0])
+        assert preview["useSpecularWorkflow"] == 1
+
+        closure = material["shaders"]["MaterialX_diffuse"]
+        assert closure["id"] == "ND_oren_nayar_diffuse_bsdf"
+        compensated = model in {"Fujii", "EON", "Cycles Diffuse", "Pits"}
+        assert closure["energy_compensation"] is compensated
+        roughness = {"Lambert": 0.0, "Wolff": 0.0, "Pits": 1.0}.get(model, 0.4)
+        assert closure["roughness"] == pytest.approx(roughness)
+        stand_in = models.Eon(roughness) if compensated else models.OrenNayar(roughness)
+        assert [average(stand_in, rho) for rho in closure["color"]] == pytest.approx(expected, rel=1e-4)
+        if model in EXACT:
+            assert closure["color"] == pytest.approx(COLOR[:3]) and not material["notCarried"]
+        else:
+            assert material["notCarried"] == [nearest_text(model)]
+            assert f"True Diffuse: {model} 0.4: {nearest_text(model)}" in said
+
+
+def test_colors_stay_in_range_for_any_input() -> None:
+    for model in nearest.LAWS:
+        for roughness in (-1.0, 0.0, 0.5, 1.5, math.inf, math.nan):
+            found = nearest.Nearest(model, roughness, 1.5)
+            for rho in (-1.0, 0.0, 0.5, 1.0, 2.0, math.nan):
+                assert 0.0 <= found.color(rho) <= 1.0 + 1e-9 and 0.0 <= found.albedo(rho) <= 1.02
+
+
+def test_subsurface_network(tmp_path: Path) -> None:
+    inputs = {"Mean Free Path": (1.5, 1.0, 0.5), "Scale": 2.0, "Subsurface": 0.7, "Specular": 0.5, "Specular Roughness": 0.3}
+    show(materials.create("Skin", SUBSURFACE, Color=COLOR, IOR=1.5, Model="EON", Roughness=0.4, **inputs))
+    shaders = inspect(export(tmp_path / "one.usda"))["materials"]["Skin"]["shaders"]
+    assert shaders["MaterialX_subsurface"]["color"] == pytest.approx(COLOR[:3])
+    base = shaders["MaterialX_base"]
+    assert (base["fg"], base["bg"]) == ("MaterialX_subsurface.out", "MaterialX_diffuse.out")
+    assert base["mix"] == pytest.approx(0.7)
+    coat = shaders["MaterialX_coat"]
+    assert (coat["weight"], coat["ior"]) == pytest.approx((0.5, 1.5))
+    assert coat["roughness"] == pytest.approx([0.09, 0.09])  # alpha
+    assert shaders["MaterialX_layers"]["top"] == "MaterialX_coat.out"
+    assert shaders["MaterialX_layers"]["base"] == "MaterialX_base.out"
+    assert shaders["MaterialX_surface"]["bsdf"] == "MaterialX_layers.out"
+
+    preview = shaders["Preview_surface"]
+    below = [0.3 * average(models.Eon(0.4), rho) + 0.7 * rho for rho in COLOR[:3]]
+    assert preview["diffuseColor"] == pytest.approx(below, rel=1e-4)
+    assert preview["roughness"] == pytest.approx(0.3)
+    assert preview["specularColor"] == pytest.approx([0.5 * 0.04] * 3)  # half of F0 at 1.5
+    assert ((preview["ior"] - 1.0) / (preview["ior"] + 1.0)) ** 2 == pytest.approx(0.5 * 0.04)
+
+
+def test_mean_free_path_is_in_the_stages_units(tmp_path: Path) -> None:
+    show(materials.create("Skin", SUBSURFACE, Scale=2.0, **{"Mean Free Path": (1.5, 1.0, 0.5)}))
+    for units, meters_per_unit in (("METERS", 1.0), ("CENTIMETERS", 0.01)):
+        for scale_length in (1.0, 0.01):
+            bpy.context.scene.unit_settings.scale_length = scale_length
+            seen = inspect(export(tmp_path / "one.usda", convert_scene_units=units))
+            assert seen["metersPerUnit"] == meters_per_unit
+            # Blender writes lengths in its own units, and where the stage has smaller ones a scale on the root
+            lengths = [0.001 * mm / scale_length / meters_per_unit for mm in (3.0, 2.0, 1.0)]
+            assert seen["materials"]["Skin"]["shaders"]["MaterialX_subsurface"]["radius"] == pytest.approx(lengths)
+
+
+def single(draw: random.Random, low: float, high: float) -> float:
+    """Return a random 32-bit float."""
+    return struct.unpack("f", struct.pack("f", draw.uniform(low, high)))[0]
+
+
+def test_round_trip_is_equal(tmp_path: Path) -> None:
+    draw = random.Random(6)
+    made = []
+    for kind in KINDS:
+        for mode, _ in MODES:
+            color = (*(single(draw, 0.0, 1.0) for _ in range(3)), 1.0)
+            inputs = {"Model": kind.name, "Mode": mode, "Color": color, "Roughness": single(draw, 0.0, 1.5)}
+            made.append(materials.create("Rough", ROUGH_DIFFUSE, IOR=single(draw, 1.0, 3.0), **inputs))
+    for method in METHODS:
+        inputs = {"Mean Free Path": tuple(single(draw, 0.0, 9.0) for _ in range(3)), "Scale": single(draw, 0.0, 1e-6)}
+        made.append(materials.create("Below", SUBSURFACE, Method=method, Subsurface=single(draw, 0.0, 1.0), **inputs))
+    made.append(materials.create("Shiny", SPECULAR_GROUP, Specular=single(draw, 0.0, 1.0), Exponent=single(draw, 0.0, 900.0)))
+    made += [materials.create(preset.name, SUBSURFACE, **preset.inputs) for preset in presets.PRESETS.values()]
+    for index, material in enumerate(made):
+        material.name = f"M{index}"
+        show(material)
+    expected = {material.name: values(material) for material in made}
+    export(tmp_path / "all.usda")
+    again = {}
+    for _ in range(2):  # once more: what is read can be written again
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        bpy.ops.wm.usd_import(filepath=str(tmp_path / "all.usda"))
+        again = {material.name: values(material) for material in bpy.data.materials}
+        assert again == expected
+        export(tmp_path / "all.usda")
+    assert len(bpy.data.node_groups) and all(group.trees() for group in GROUPS)
+
+
+@pytest.mark.parametrize("suffix", ["usda", "usdz"])
+def test_textures_are_carried_and_come_back(suffix: str, tmp_path: Path) -> None:
+    material = rough("Fujii", 0.4)
+    node = feed(material, "Color", picture(tmp_path / "in.png"))
+    node.extension = "MIRROR"
+    uv = material.node_tree.nodes.new("ShaderNodeUVMap")
+    uv.uv_map = "Second Map"
+    material.node_tree.links.new(uv.outputs["UV"], node.inputs["Vector"])
+    data = picture(tmp_path / "sigma.png", "sigma")
+    data.colorspace_settings.name = "Non-Color"
+    feed(material, "Roughness", data)
+    show(material)
+    path = export(tmp_path / f"one.{suffix}")
+    assert [record["problems"] for record in check(path)] == [[], []]
+    shaders = inspect(path)["materials"]["Fujii_0_4"]["shaders"]
+    preview, image = shaders["Preview_Color_image"], shaders["MaterialX_Color_image"]
+    sigma, gray = shaders["MaterialX_Roughness_image"], shaders["MaterialX_Roughness_gray"]
+    assert shaders["Preview_surface"]["diffuseColor"] == "Preview_Color_image.rgb"
+    assert (preview["sourceColorSpace"], preview["wrapS"]) == ("sRGB", "mirror")
+    assert preview["scale"][:3] == pytest.approx([nearest.Nearest("Fujii", 0.4, 1.5).albedo(0.5) / 0.5] * 3)
+    assert image["id"] == "ND_image_color3" and image["uaddressmode"] == "mirror"
+    assert shaders["MaterialX_Color_coordinate"]["geomprop"] == "Second_Map"
+    assert shaders["MaterialX_diffuse"]["roughness"] == "MaterialX_Roughness.out"
+    assert (shaders["MaterialX_Roughness"]["in"], gray["in"]) == ("MaterialX_Roughness_gray.out", "MaterialX_Roughness_image.out")
+    if suffix == "usda":
+        assert (tmp_path / preview["file"]).is_file() and (tmp_path / sigma["file"]).is_file()
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.usd_import(filepath=str(path))
+    assert report.take() == [f"True Diffuse: Fujii 0.4: {nearest_text('Fujii')}"]
+    (back,) = bpy.data.materials
+    found, _, _ = group_node(back)
+    painted, sigma = (found.inputs[name].links[0].from_node for name in ("Color", "Roughness"))
+    if painted.type == "VECT_MATH":
+        painted = painted.inputs[0].links[0].from_node
+    assert painted.image.size[:] == (4, 4) and painted.extension == "MIRROR"
+    assert painted.inputs["Vector"].links[0].from_node.uv_map == "Second_Map"
+    assert painted.image.colorspace_settings.name == "sRGB" and sigma.image.colorspace_settings.name == "Non-Color"
+
+
+def test_color_attribute_is_carried_and_comes_back(tmp_path: Path) -> None:
+    material = rough("EON")
+    materials.paint(material, group_node(material)[0].inputs["Color"], "my color", 0.7)
+    show(material).data.color_attributes.new("my color", "FLOAT_COLOR", "POINT")
+    shaders = inspect(export(tmp_path / "one.usda"))["materials"]["EON_0_4"]["shaders"]
+    assert shaders["MaterialX_Color_attribute"]["geomprop"] == "my_color"
+    assert shaders["MaterialX_Color_factor"]["in2"] == pytest.approx(0.7)
+    assert shaders["Preview_Color_attribute"]["varname"] == "my_color"
+    assert report.take() == ["True Diffuse: EON 0.4: Color: UsdPreviewSurface has the color attribute without the factor 0.672"]
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.usd_import(filepath=str(tmp_path / "one.usda"))
+    scale = group_node(bpy.data.materials[0])[0].inputs["Color"].links[0].from_node
+    assert scale.inputs["Scale"].default_value == pytest.approx(0.7)
+    assert scale.inputs["Vector"].links[0].from_node.attribute_name == "my_color"
+
+
+def test_what_feeds_a_socket_and_cannot_be_carried_is_said(tmp_path: Path) -> None:
+    material = rough("EON")
+    tree, node = material.node_tree, group_node(material)[0]
+    tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs["Color"], node.inputs["Color"])
+    number = tree.nodes.new("ShaderNodeValue")
+    number.outputs[0].default_value = 0.25
+    tree.links.new(number.outputs[0], node.inputs["Roughness"])
+    show(material)
+    material = inspect(export(tmp_path / "one.usda"))["materials"]["EON_0_4"]
+    assert material["shaders"]["MaterialX_diffuse"]["roughness"] == pytest.approx(0.25)
+    assert material["shaders"]["MaterialX_diffuse"]["color"] == pytest.approx(COLOR[:3])
+    assert material["notCarried"] == ["Color: Color of the node Noise Texture cannot be carried, its own value is written instead"]
+
+
+def test_other_materials_and_other_hooks_are_left_alone(tmp_path: Path) -> None:
+    class OtherHook(bpy.types.USDHook):
+        bl_idname = "OtherHook"
+        bl_label = "Other"
+
+        @staticmethod
+        def on_material_export(_context: object, _material: bpy.types.Material, usd_material: object) -> bool:
+            from pxr import UsdShade
+
+            path = usd_material.GetPath().AppendChild("Theirs")
+            shader = UsdShade.Shader.Define(usd_material.GetPrim().GetStage(), path)
+            output = shader.CreateOutput("out", usd_material.CreateSurfaceOutput("ri").GetTypeName())
+            usd_material.CreateSurfaceOutput("ri").ConnectToSource(output)
+            return True
+
+    bpy.utils.register_class(OtherHook)
+    try:
+        principled = bpy.data.materials.new("Principled")
+        show(principled)
+        show(rough("EON"))
+        seen = inspect(export(tmp_path / "hook.usda", generate_materialx_network=True))["materials"]
+        usd.unregister()
+        plain_export = inspect(export(tmp_path / "plain.usda", generate_materialx_network=True))["materials"]
+        usd.register()
+    finally:
+        bpy.utils.unregister_class(OtherHook)
+    assert seen["Principled"] == plain_export["Principled"]
+    assert "Theirs" in seen["EON_0_4"]["shaders"] and seen["EON_0_4"]["outputs"]["ri:surface"] == "Theirs.out"
+    ours = {"MaterialX_surface", "MaterialX_diffuse", "Preview_surface"}
+    assert set(seen["EON_0_4"]["shaders"]) == ours | {"Theirs"}  # not what Blender makes of the group
+
+
+def test_the_surface_of_any_engine_counts(tmp_path: Path) -> None:
+    for target in ("ALL", "EEVEE", "CYCLES"):
+        material = materials.create(target, ROUGH_DIFFUSE)
+        material.node_tree.get_output_node("ALL").target = target
+        show(material)
+    seen = inspect(export(tmp_path / "one.usda"))["materials"]
+    assert [material["group"] for material in seen.values()] == ["rough_diffuse"] * 3
+
+
+def test_names_that_usd_refuses_or_confuses(tmp_path: Path) -> None:
+    names = ["a b", "a.b", "1 chalk", "Ölfarbe", "/x", "a_b"]
+    made = [materials.create(name, group) for name, group in zip(names, (*GROUPS, *GROUPS), strict=True)]
+    for material in made:
+        show(material)
+    other = bpy.data.materials.new("a/b")
+    show(other)
+    seen = inspect(export(tmp_path / "names.usda"))
+    groups = [seen["materials"][seen["bound"][item.data.name.replace(".", "_")]]["group"] for item in bpy.data.objects[:6]]
+    assert groups == [group.key for group in (*GROUPS, *GROUPS)]
+    own = seen["materials"][seen["bound"]["Plane_006"]]["group"] is None
+    assert own or [line for line in report.take() if line.startswith("True Diffuse: a/b: has the same name as")]
+    assert check(tmp_path / "names.usda")[0]["problems"] == []
+
+
+def test_two_names_on_one_mesh_are_said(tmp_path: Path) -> None:
+    show(materials.create("a b", ROUGH_DIFFUSE), materials.create("a.b", SUBSURFACE))
+    export(tmp_path / "names.usda")
+    assert [line for line in report.take() if "has the same name as" in line]
+
+
+def test_missing_texture_and_broken_link(tmp_path: Path) -> None:
+    material = rough("EON")
+    image = picture(tmp_path / "gone.png")
+    feed(material, "Color", image)
+    (tmp_path / "gone.png").unlink()
+    image.reload()
+    empty = rough("Oren-Nayar")
+    feed(empty, "Color", None)
+    cut = rough("Lambert")
+    cut.node_tree.links.remove(cut.node_tree.get_output_node("ALL").inputs["Surface"].links[0])
+    lost = rough("Fujii")
+    group_node(lost)[0].node_tree = None
+    for item in (material, empty, cut, lost):
+        show(item)
+    seen = inspect(export(tmp_path / "bad.usda"))["materials"]
+    assert seen["EON_0_4"]["shaders"]["MaterialX_diffuse"]["color"] == pytest.approx(COLOR[:3])
+    assert "missing image painted" in seen["EON_0_4"]["notCarried"][0]
+    assert "without an image" in seen["Oren_Nayar_0_4"]["notCarried"][0]
+    assert seen["Lambert_0_4"]["group"] is None and seen["Fujii_0_4"]["group"] is None
+    assert check(tmp_path / "bad.usda")[0]["problems"] == []
+
+
+def test_five_hundred_materials(tmp_path: Path) -> None:
+    kinds = [kind.name for kind in KINDS]
+    show(*(materials.create(f"M{i}", ROUGH_DIFFUSE, Model=kinds[i % 8], Roughness=0.001 * i) for i in range(500)))
+    started = time.monotonic()
+    seen = inspect(export(tmp_path / "many.usdc"))
+    assert time.monotonic() - started < 30.0
+    assert sum(material["group"] == "rough_diffuse" for material in seen["materials"].values()) == 500
+
+
+@pytest.mark.parametrize("kind", [RuntimeError, KeyError, "USD"])
+def test_a_failure_leaves_the_export_and_says_so(kind: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_arguments: object) -> None:
+        if kind == "USD":
+            from pxr import Usd, UsdShade
+
+            UsdShade.Material(Usd.Prim()).CreateSurfaceOutput()
+        raise kind("no\nuse")
+
+    monkeypatch.setattr(hook.materialx, "network", fail)
+    show(rough("EON"))
+    seen = inspect(export(tmp_path / "one.usda"))["materials"]
+    assert seen["EON_0_4"]["group"] is None
+    (line,) = report.take()
+    assert line.startswith("True Diffuse: EON 0.4: is left as Blender has it") and "\n" not in line
+
+
+def test_import_of_spoilt_custom_data(tmp_path: Path) -> None:
+    show(rough("EON"))
+    path = export(tmp_path / "one.usda")
+    text = path.read_text()
+    path.write_text(text.replace('string Model = "EON"', 'string Model = "NOE"').replace("double IOR", "double Iron"))
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    assert bpy.ops.wm.usd_import(filepath=str(path)) == {"FINISHED"}
+    assert values(bpy.data.materials[0])["Color"] == COLOR
+    assert len(report.take()) == 2
+    path.write_text(text.replace("double Roughness = 0.4", 'string Roughness = "much"').replace("int version = 1", ""))
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    assert bpy.ops.wm.usd_import(filepath=str(path)) == {"FINISHED"}
+    assert len(report.take()) == 1
+
+
+def test_gltf_has_color_and_roughness(tmp_path: Path) -> None:
+    show(rough("Oren-Nayar"))
+    show(materials.create("Coated", SUBSURFACE, Color=COLOR))
+    show(materials.create("Shiny", SPECULAR_GROUP, Color=COLOR))
+    painted = rough("EON")
+    feed(painted, "Color", picture(tmp_path / "in.png"))
+    show(painted)
+    bpy.data.materials.new("Other")
+    addon = bpy.context.preferences.addons.new()
+    addon.module = "true_diffuse"  # the exporter looks for us among the add-ons
+    try:
+        assert sys.modules["true_diffuse"].glTF2ExportUserExtension is glTF2ExportUserExtension
+        bpy.ops.export_scene.gltf(filepath=str(tmp_path / "all.glb"))
+    finally:
+        bpy.context.preferences.addons.remove(addon)
+    data = (tmp_path / "all.glb").read_bytes()
+    document = json.loads(data[20 : 20 + struct.unpack("<I", data[12:16])[0]])
+    seen = {material["name"]: material for material in document["materials"]}
+    base = seen["Oren-Nayar 0.4"]["pbrMetallicRoughness"]
+    expected = [average(FORMULAS["Oren-Nayar"], rho) for rho in COLOR[:3]]
+    assert base["baseColorFactor"] == pytest.approx([*expected, 1.0], rel=1e-4)
+    assert (base["metallicFactor"], base["roughnessFactor"]) == (0, 1)
+    assert seen["Oren-Nayar 0.4"]["extensions"]["KHR_materials_specular"] == {"specularFactor": 0}
+    assert seen["Coated"]["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx(COLOR)
+    assert seen["Coated"]["pbrMetallicRoughness"]["roughnessFactor"] == pytest.approx(0.4)
+    assert seen["Coated"]["extensions"]["KHR_materials_ior"]["ior"] == pytest.approx(1.4)
+    assert seen["Shiny"]["pbrMetallicRoughness"]["roughnessFactor"] == pytest.approx(0.5)
+    assert "baseColorTexture" in seen["EON 0.4"]["pbrMetallicRoughness"] and len(document["images"]) == 1
+
+
+@pytest.mark.render
+def test_storm_renders_the_model(tmp_path: Path, eevee_runs_here: bool) -> None:
+    if not eevee_runs_here:
+        pytest.skip("no graphics driver for Hydra Storm")
+    from true_diffuse.addon import accuracy, usd_accuracy
+    from true_diffuse.scenes.sphere import sphere_under_sun
+
+    sphere = sphere_under_sun(64)
+    eon = next(law for law in accuracy.OTHERS if law.name == "EON")
+    for law in (accuracy.PAPER, eon):
+        for sigma in SIGMAS:
+            case = usd_accuracy.Case(law, sigma)
+            assert usd_accuracy.rendered(sphere, case, 60.0, tmp_path / "one.usdc", preview=False) < 0.02
+    lambert = usd_accuracy.Case(accuracy.LAMBERT, 0.0)
+    assert usd_accuracy.rendered(sphere, lambert, 60.0, tmp_path / "one.usdc", preview=True) < 0.02
+
+
+def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, SCRIPTS / "export_usd.py", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, env=os.environ)
+
+
+def test_script(tmp_path: Path) -> None:
+    result = run("--scene", "five", "--character", "monkey", "--out", "new/five.usda", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert "Wrote" in result.stdout and "100%" in result.stdout.replace(" %", "%")
+    seen = inspect(tmp_path / "new" / "five.usda")["materials"]
+    assert sum(material["group"] is not None for material in seen.values()) == 5
+    assert check(tmp_path / "new" / "five.usda")[0]["problems"] == []
+
+    show(materials.create("Chalk", ROUGH_DIFFUSE))
+    show(rough("EON"))
+    painted = materials.create("Skin", SUBSURFACE)
+    feed(painted, "Color", picture(tmp_path / "in.png"))
+    show(painted)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "own.blend"), copy=True)
+    for _ in range(2):  # the second time over what is there
+        result = run("--scene", "own.blend", "--material", "Skin", "--out", "skin.usdc", cwd=tmp_path)
+        assert result.returncode == 0, result.stderr
+        assert set(inspect(tmp_path / "skin.usdc")["materials"]) == {"Skin"}
+        assert (tmp_path / "textures" / "in.png").is_file() or (tmp_path / "textures" / "painted.png").is_file()
+    assert not list(tmp_path.glob(".true_diffuse_*"))
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("--scene", "theater"),
+        ("--scene", "missing.blend"),
+        ("--scene", "text.blend"),
+        ("--out", "five.obj"),
+        ("--out", ".usda"),
+        ("--out", "a_file/five.usda"),
+        ("--scene", "five", "--character", "monkey", "--material", "Chalk"),
+        ("--scene", "face", "--character", "nobody"),
+        ("--out", "folder.usda"),
+    ],
+    ids=" ".join,
+)
+def test_bad_input_is_one_line_and_status_2(arguments: tuple[str, ...], tmp_path: Path) -> None:
+    (tmp_path / "text.blend").write_text("no file of Blender's")
+    (tmp_path / "a_file").touch()
+    (tmp_path / "folder.usda").mkdir()
+    before = sorted(tmp_path.rglob("*"))
+    result = run(*arguments, cwd=tmp_path)
+    assert result.returncode == 2, result.stdout
+    assert len(result.stderr.splitlines()) == 1 and result.stderr.startswith("export_usd.py: error: "), result.stderr
+    assert sorted(tmp_path.rglob("*")) == before
