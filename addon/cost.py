@@ -191,7 +191,9 @@ def groups(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine],
             }
 
 
-def _in_turns[Item](seconds_of: Callable[[Item], float], first: Item, second: Item) -> tuple[list[float], list[float]]:
+def _in_turns(
+    seconds_of: Callable[[bpy.types.Material], float], first: bpy.types.Material, second: bpy.types.Material
+) -> tuple[list[float], list[float]]:
     """Return the seconds of either in ROUNDS turns, after one that counts for nothing, as shaders are compiled in it."""
     seconds_of(first), seconds_of(second)
     turns = [(seconds_of(first), seconds_of(second)) for _ in range(ROUNDS)]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import bpy
 
 from .nodes import SUBSURFACE, Group
-from .nodes.graph import STAMP
+from .nodes.graph import stamp_of
 from .osl import compile_osl
 
 type Setting = float | str | tuple[float, ...]
@@ -72,7 +72,7 @@ def set_thickness(material: bpy.types.Material) -> None:
     if any(map(_transmits, tree.nodes)):
         for node in [node for node in tree.nodes if node.label == THICK_LABEL]:
             tree.nodes.remove(node)
-        if any(_key(node) == SUBSURFACE.key for node in tree.nodes):
+        if any(stamp_of(node)[0] == SUBSURFACE.key for node in tree.nodes):
             material.use_thickness_from_shadow = True
     elif not output.inputs["Thickness"].is_linked:
         thick = tree.nodes.new("ShaderNodeValue")
@@ -81,19 +81,13 @@ def set_thickness(material: bpy.types.Material) -> None:
         tree.links.new(thick.outputs[0], output.inputs["Thickness"])
 
 
-def _key(node: bpy.types.Node) -> str | None:
-    """Return the key of our group that `node` holds, in whichever version, or None."""
-    stamp = node.node_tree.get(STAMP) if node.type == "GROUP" and node.node_tree else None
-    return stamp and stamp.partition("/")[0]
-
-
 def _transmits(node: bpy.types.Node) -> bool:
     """Return whether `node` may let light through, so that its look depends on the thickness."""
     if node.type == "BSDF_PRINCIPLED":
         weights = (node.inputs["Transmission Weight"], node.inputs["Subsurface Weight"])
         return any(weight.is_linked or weight.default_value > 0.0 for weight in weights)
     if node.type == "GROUP":
-        return _key(node) in (None, SUBSURFACE.key)
+        return stamp_of(node)[0] in ("", SUBSURFACE.key)
     return node.type in TRANSMITTING
 
 
@@ -106,6 +100,11 @@ def _blank(name: str) -> bpy.types.Material:
 def _show(material: bpy.types.Material, node: bpy.types.Node, inputs: Mapping[str, Setting]) -> None:
     """Set `node`'s sockets and make its BSDF the surface of `material`."""
     set_inputs(node, inputs)
+    show(material, node)
+
+
+def show(material: bpy.types.Material, node: bpy.types.Node) -> None:
+    """Make the BSDF of `node` the surface of `material`."""
     tree = material.node_tree
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     output.location = (300.0, 0.0)

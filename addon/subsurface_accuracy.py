@@ -66,7 +66,8 @@ FURNACE_PATH = 1.0  # mm, in cells of HALF_SPACE of it
 PARTS_OF_LIGHT = ("furnace, specular", "furnace, diffuse", "furnace, subsurface", "furnace, total")
 SHOWN = "Specular 1, roughness 0.4"  # of them in the table
 
-UNITS, UNIT_WAYS, UNIT_PATH = ((1.0, "metres"), (0.01, "centimetres")), (WALK, BURLEY, SCREEN), 20.0  # the last in mm
+UNITS = ((1.0, "metres"), (0.01, "centimetres"), (0.001, "millimetres"))
+UNIT_WAYS, UNIT_PATH = (WALK, BURLEY, SCREEN), 20.0  # the last in mm
 STIFF: tuple[tuple[str, tuple[float, float, float], tuple[float, float, float], float], ...] = (
     # case, Color, Mean Free Path [mm], Blender's unit [m]
     ("mean free path 0", (0.8, 0.5, 0.1), (0.0, 0.0, 0.0), 1.0),
@@ -75,6 +76,7 @@ STIFF: tuple[tuple[str, tuple[float, float, float], tuple[float, float, float], 
     ("mean free path 1e-6 mm", (0.8, 0.5, 0.1), (1e-6, 1e-6, 1e-6), 1.0),
     ("mean free path 1 km", (0.8, 0.5, 0.1), (1e6, 1e6, 1e6), 1.0),
     ("mean free paths 1, 0.03, 1e-3 mm", (0.8, 0.5, 0.1), (1.0, 0.03, 1e-3), 1.0),
+    ("mean free paths 1, 1e3, 1e-3 mm", (0.8, 0.5, 0.1), (1.0, 1e3, 1e-3), 1.0),
     ("color 0", (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), 1.0),
     ("color 1e-6", (1e-6, 1e-6, 1e-6), (1.0, 1.0, 1.0), 1.0),
     ("color 1", (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), 1.0),
@@ -264,7 +266,7 @@ def _split(way: Way, mu: float, setting: Setting, total: dict[Setting, Mean], sp
 
 
 def units(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield the width of an edge on the same slab modelled in metres and in centimetres. Each is one unit to `progress`."""
+    """Yield the width of an edge on the same slab modelled in several units. Each is one unit to `progress`."""
     for way in _of((UNIT_WAYS[1:2] if quick else UNIT_WAYS), used):
         for scale_length, name in UNITS:
             with progress.step(f"Units  {way.engine.label}  {way.label}  {name}", 1.0):

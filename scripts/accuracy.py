@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tempfile
 from argparse import Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from types import ModuleType
@@ -18,17 +18,32 @@ from typing import TYPE_CHECKING
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from console import BadInput, Parser, Terminal, script_arguments
-from frame import ENGINE_KEYS, empty_file, engine_list, run_script, sample_count, start_blender
+from frame import ENGINE_KEYS, empty_file, engine_list, load_character, run_script, sample_count, start_blender
 from outputs import Staging
 
 if TYPE_CHECKING:
-    from true_diffuse.addon.comparison import Record
+    from true_diffuse.addon.comparison import Progress, Record
     from true_diffuse.addon.engines import Engine
 
 SIZE = 96  # pixels across the sphere: 5000 to compare
 BOTH_SIZE = 64  # where the engines are held against each other, as Cycles needs many samples
 
 type Measure = Callable[[Namespace, list["Engine"], Terminal], list["Record"]]
+type Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
+
+
+def told(
+    terminal: Terminal,
+    work: float,
+    measure: Callable[["Progress"], Iterable["Record"]],
+    title: str,
+    table: Callable[[Sequence["Record"]], Table],
+) -> list["Record"]:
+    """Return the records of `measure`, after showing how far its `work` is, and then what `table` makes of them."""
+    with terminal.progress(work) as progress:
+        records = list(measure(progress))
+    terminal.table(title, *table(records))
+    return records
 
 
 def rough(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
@@ -36,12 +51,10 @@ def rough(options: Namespace, engines: list["Engine"], terminal: Terminal) -> li
     from true_diffuse.addon import accuracy
     from true_diffuse.scenes.sphere import sphere_under_sun
 
-    with terminal.progress(accuracy.rough_work(engines, options.quick)) as progress:
-        records = list(accuracy.rough(sphere_under_sun(SIZE), engines, options.samples, options.quick, progress))
-    terminal.table(
-        "Error of the lobes and RMS error on a sphere, light at the angle from the viewer, in %", *accuracy.rough_table(records)
-    )
-    return records
+    work, sphere = accuracy.rough_work(engines, options.quick), sphere_under_sun(SIZE)
+    measure = partial(accuracy.rough, sphere, engines, options.samples, options.quick)
+    title = "Error of the lobes and RMS error on a sphere, light at the angle from the viewer, in %"
+    return told(terminal, work, measure, title, accuracy.rough_table)
 
 
 def engines(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
@@ -51,10 +64,8 @@ def engines(_options: Namespace, engines: list["Engine"], terminal: Terminal) ->
 
     if len(engines) < len(ENGINE_KEYS):
         raise BadInput("EEVEE and Cycles are both needed to hold them against each other")
-    with terminal.progress(accuracy.between_engines_work()) as progress:
-        records = list(accuracy.between_engines(sphere_under_sun(BOTH_SIZE), progress))
-    terminal.table("RMS difference of EEVEE from Cycles, in %", *accuracy.between_engines_table(records))
-    return records
+    work, measure = accuracy.between_engines_work(), partial(accuracy.between_engines, sphere_under_sun(BOTH_SIZE))
+    return told(terminal, work, measure, "RMS difference of EEVEE from Cycles, in %", accuracy.between_engines_table)
 
 
 def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
@@ -77,10 +88,8 @@ def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -
     records = []
     for name, home in homes:
         count = home.COUNT // 10 if options.quick else home.COUNT
-        with terminal.progress(home.work()) as progress:
-            found = list(home.stability(referee.radiance, quick, count, progress))
-        terminal.table(f"{name} in 32-bit floats: the largest errors", *judge.table(found))
-        records += found
+        measure = partial(home.stability, referee.radiance, quick, count)
+        records += told(terminal, home.work(), measure, f"{name} in 32-bit floats: the largest errors", judge.table)
     formulas = list(stability_subsurface.records())
     terminal.table("Subsurface formulas at their ends", *stability_subsurface.table(formulas))
     return records + formulas
@@ -90,14 +99,10 @@ def cost(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> li
     """Time equation (1) in GLSL, and the node group against Blender's own Diffuse BSDF."""
     from true_diffuse.addon import cost
     from true_diffuse.addon.engines import EEVEE
-    from true_diffuse.scenes import character, five_characters
+    from true_diffuse.scenes import five_characters
     from true_diffuse.scenes.sphere import sphere_under_sun
 
-    try:
-        mesh = character.load("human")
-    except character.CharacterError as error:
-        raise BadInput(str(error)) from error
-    sphere, five = sphere_under_sun(cost.FRAME), five_characters.build(mesh, 0.8, True, cost.FRAME_OF_FIVE)
+    sphere, five = sphere_under_sun(cost.FRAME), five_characters.build(load_character("human"), 0.8, True, cost.FRAME_OF_FIVE)
     with terminal.progress(cost.work(engines)) as progress:
         records = list(cost.forms(progress)) if EEVEE in engines else []
         records += cost.groups(sphere, five, engines, progress)
@@ -109,30 +114,26 @@ def furnace(options: Namespace, engines: list["Engine"], terminal: Terminal) -> 
     """Hold what each model, home and mode reflects of a uniform world against its formula."""
     from true_diffuse.addon import robustness
 
-    with terminal.progress(robustness.furnace_work(engines, options.quick)) as progress:
-        records = list(robustness.furnace(engines, options.quick, progress))
-    terminal.table("Albedo at rho = 1 in a uniform world, the formula's in brackets", *robustness.furnace_table(records))
-    return records
+    work, measure = robustness.furnace_work(engines, options.quick), partial(robustness.furnace, engines, options.quick)
+    title = "Albedo at rho = 1 in a uniform world, the formula's in brackets"
+    return told(terminal, work, measure, title, robustness.furnace_table)
 
 
 def leak(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Look for light from behind on closed bodies."""
     from true_diffuse.addon import robustness
 
-    with terminal.progress(robustness.leak_work(engines, options.quick)) as progress:
-        records = list(robustness.leak(engines, options.quick, progress))
-    terminal.table("Light from behind, as a share of what a lit Lambert surface shows", *robustness.leak_table(records))
-    return records
+    work, measure = robustness.leak_work(engines, options.quick), partial(robustness.leak, engines, options.quick)
+    title = "Light from behind, as a share of what a lit Lambert surface shows"
+    return told(terminal, work, measure, title, robustness.leak_table)
 
 
 def extremes(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Render inputs at the ends of their ranges and beyond them."""
     from true_diffuse.addon import robustness
 
-    with terminal.progress(robustness.extremes_work(engines, options.quick)) as progress:
-        records = list(robustness.extremes(engines, options.quick, progress))
-    terminal.table("Radiance of odd inputs, over all views, lights and models", *robustness.extremes_table(records))
-    return records
+    work, measure = robustness.extremes_work(engines, options.quick), partial(robustness.extremes, engines, options.quick)
+    return told(terminal, work, measure, "Radiance of odd inputs, over all views, lights and models", robustness.extremes_table)
 
 
 def subsurface(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
@@ -141,10 +142,8 @@ def subsurface(options: Namespace, engines: list["Engine"], terminal: Terminal) 
 
     records = []
     for part in subsurface_accuracy.PARTS:
-        with terminal.progress(part.work(engines, options.quick)) as progress:
-            found = list(part.records(engines, options.quick, progress))
-        terminal.table(part.title, *subsurface_accuracy.table(found))
-        records += found
+        work, measure = part.work(engines, options.quick), partial(part.records, engines, options.quick)
+        records += told(terminal, work, measure, part.title, subsurface_accuracy.table)
     return records
 
 

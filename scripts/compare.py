@@ -20,12 +20,10 @@ from typing import TYPE_CHECKING
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from console import BadInput, Parser, Terminal, script_arguments
-from frame import ENGINE_KEYS, engine_list, run_script, sample_count, start_blender
+from frame import ENGINE_KEYS, engine_list, load_character, run_script, sample_count, start_blender
 from outputs import Staging
 
 if TYPE_CHECKING:
-    from bpy.types import Mesh
-
     from true_diffuse.addon.engines import Engine
 
 
@@ -49,7 +47,7 @@ class Options:
 class Scene:
     """What can be compared: how, the defaults, and which of the options that not every scene has it knows."""
 
-    compare: Callable[[Options, list["Engine"], Staging, Terminal], None]
+    compare: Callable[[Options, list["Engine"], Staging, Terminal], list[str]]
     resolution: tuple[int, int]
     samples: Mapping[str, int]
     knows: Mapping[str, object]  # by name, with defaults
@@ -152,28 +150,28 @@ def _albedo(text: str) -> float:
 
 def compare(options: Options, staging: Staging, terminal: Terminal) -> None:
     """Render, measure and write everything into `staging`, then publish it."""
-    SCENES[options.scene].compare(options, start_blender(options.engines, terminal), staging, terminal)
+    written = SCENES[options.scene].compare(options, start_blender(options.engines, terminal), staging, terminal)
+    terminal.say(f"Wrote {', '.join(written)} to {options.out}")
+
+
+def publish(options: Options, chosen: list["Engine"], staging: Staging, found: dict[str, object]) -> list[str]:
+    """Write what was `found` with the machine and the options as compare.json, publish all files and return their names."""
+    from true_diffuse.addon import comparison
+
+    staging.write_json("compare.json", {**found, "environment": comparison.environment(chosen), "options": vars_of(options)})
+    return staging.publish()
 
 
 def _samples_of(options: Options, engine: "Engine") -> int:
     return options.samples or SCENES[options.scene].samples[engine.key]
 
 
-def _load(options: Options) -> "Mesh":
-    from true_diffuse.scenes import character
-
-    try:
-        return character.load(options.character)
-    except character.CharacterError as error:
-        raise BadInput(str(error)) from error
-
-
-def compare_five(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> None:
+def compare_five(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
     """Compare the five characters with the analytic models."""
     from true_diffuse.addon import comparison
     from true_diffuse.scenes import five_characters
 
-    mesh = _load(options)
+    mesh = load_character(options.character)
     bust = options.character == "human" and not options.full_figure
     stage = five_characters.build(mesh, options.albedo, bust, options.resolution, options.sigmas)
 
@@ -188,21 +186,19 @@ def compare_five(options: Options, chosen: list["Engine"], staging: Staging, ter
             measured += comparison.measure(stage, seen, engine, samples, progress)
     comparison.write_error_maps(stage, measured, folder)
     records = [comparison.record(one, options.albedo) for one in measured]
-    document = {"records": records, "environment": comparison.environment(chosen), "options": vars_of(options)}
-    staging.write_json("compare.json", document)
     if options.save_blend:
         comparison.save_blend(stage.scene, folder / "five.blend")
-    written = staging.publish()
+    written = publish(options, chosen, staging, {"records": records})
     terminal.table("Error against the analytic model, key light alone", *comparison.table(records))
-    terminal.say(f"Wrote {', '.join(written)} to {options.out}")
+    return written
 
 
-def compare_face(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> None:
+def compare_face(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
     """Compare one engine's head with BRDF, BSSRDF and the mixed model with the other's, region by region."""
     from true_diffuse.addon import comparison, face_comparison
     from true_diffuse.scenes import face
 
-    stage = face.build(_load(options), options.character == "human", options.resolution)
+    stage = face.build(load_character(options.character), options.character == "human", options.resolution)
     folder = staging.folder
     captions = face_comparison.captions(stage)
     pictures, measured = [], []
@@ -215,19 +211,16 @@ def compare_face(options: Options, chosen: list["Engine"], staging: Staging, ter
             pictures.append({"engine": engine.key, "samples": samples, "denoised": denoise, "render_seconds": seconds})
             measured += face_comparison.measure(stage, engine, samples, progress)
     records = face_comparison.records(seen, measured)
-    environment = comparison.environment(chosen)
-    document = {"records": records, "pictures": pictures, "environment": environment, "options": vars_of(options)}
-    staging.write_json("compare.json", document)
     if options.save_blend:
         comparison.save_blend(stage.scene, folder / "face.blend")
-    written = staging.publish()
+    written = publish(options, chosen, staging, {"records": records, "pictures": pictures})
     terminal.table("EEVEE against Cycles on skin, key and back light alone", *face_comparison.table(records))
-    terminal.say(f"Wrote {', '.join(written)} to {options.out}")
+    return written
 
 
-def compare_searchlight(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> None:
+def compare_searchlight(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
     """Compare where a narrow beam's light leaves a slab with Burley and the dipole."""
-    from true_diffuse.addon import comparison, searchlight
+    from true_diffuse.addon import searchlight
 
     if options.save_blend:
         raise BadInput("--scene searchlight has no scene to save: it is built anew for every ring")
@@ -235,11 +228,9 @@ def compare_searchlight(options: Options, chosen: list["Engine"], staging: Stagi
     with terminal.progress(searchlight.work(chosen)) as progress:
         records = list(searchlight.records(chosen, samples, progress))
     staging.write_text("searchlight.svg", searchlight.svg(records, *options.resolution))
-    document = {"records": records, "environment": comparison.environment(chosen), "options": vars_of(options)}
-    staging.write_json("compare.json", document)
-    written = staging.publish()
+    written = publish(options, chosen, staging, {"records": records})
     terminal.table("Where a narrow beam's light leaves the slab, R [1 / mfp^2]", *searchlight.table(records))
-    terminal.say(f"Wrote {', '.join(written)} to {options.out}")
+    return written
 
 
 SCENES = {

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from console import BadInput, Parser, Terminal, script_arguments
-from frame import run_script, start_blender
+from frame import load_character, run_script, start_blender
 from outputs import Staging
 
 if TYPE_CHECKING:
@@ -96,13 +96,10 @@ def _scene(options: Namespace) -> "bpy.types.Scene":
         except RuntimeError as error:
             raise BadInput(f"Blender cannot open {options.scene}: {' '.join(str(error).split())}") from error
         return bpy.context.scene
-    from true_diffuse.scenes import character, face, five_characters
+    from true_diffuse.scenes import face, five_characters
 
     human = options.character == "human"
-    try:
-        mesh = character.load(options.character)
-    except character.CharacterError as error:
-        raise BadInput(str(error)) from error
+    mesh = load_character(options.character)
     if options.scene == "face":
         scene = face.build(mesh, human, RESOLUTION).scene
     else:

@@ -72,11 +72,6 @@ def width(walks: Iterable[list[Exit]]) -> tuple[float, float]:
     return 0.0, 0.0
 
 
-def polynomial(points: Sequence[tuple[float, float]], degree: int) -> tuple[float, ...]:
-    """Return the coefficients, constant first, with the least relative squares through (x, y)."""
-    return rational_fit([(x, y) for x, y in points], degree + 1, 0)
-
-
 def rational_fit(points: Sequence[tuple[float, float]], above: int, below: int) -> tuple[float, ...]:
     """Return (n_0, n_1, ..., d_1, d_2, ...) of (n_0 + n_1 x + ...) / (1 + d_1 x + ...) with the least relative squares.
 
@@ -108,10 +103,10 @@ def main() -> int:
     print(f"BEAM is within {100.0 * max(abs(BEAM.reflectance(s) / r - 1.0) for s, r in beam):.4f} %")
 
     legacy = [(color, bisect(wrenninge, 1.0 - BEAM.s(color) ** 2, 0.0, 1.0) / color) for color in COLORS]
-    show("LEGACY", polynomial(legacy, 5), 6, legacy)
+    show("LEGACY", rational_fit(legacy, 6, 0), 6, legacy)
     roots = {color: bisect(skin_reflectance, color, 1.0, 0.0) for color in COLORS}
     skin = [(color, bisect(wrenninge, 1.0 - roots[color] ** 2, 0.0, 1.0) / color) for color in COLORS]
-    show("SKIN", polynomial(skin, 5), 6, skin)
+    show("SKIN", rational_fit(skin, 6, 0), 6, skin)
 
     widths = []
     for s in ROOTS:

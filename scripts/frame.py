@@ -17,6 +17,8 @@ except ImportError:  # in Blender's own Python
     BestTerminal = Terminal
 
 if TYPE_CHECKING:
+    from bpy.types import Mesh
+
     from true_diffuse.addon.engines import Engine
 
 ENGINE_KEYS = ("eevee", "cycles")
@@ -59,6 +61,16 @@ def empty_file() -> None:
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+def load_character(who: str) -> "Mesh":
+    """Return the mesh of a character, once Blender is started; raises BadInput where it cannot be had."""
+    from true_diffuse.scenes import character
+
+    try:
+        return character.load(who)
+    except character.CharacterError as error:
+        raise BadInput(str(error)) from error
 
 
 def start_blender(keys: Sequence[str], terminal: Terminal) -> list["Engine"]:

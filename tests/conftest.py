@@ -26,3 +26,12 @@ def eevee_runs_here() -> bool:
     from true_diffuse.addon import engines
 
     return engines.eevee_runs_here()
+
+
+@pytest.fixture(params=["eevee", "cycles"])
+def engine(request, eevee_runs_here: bool):
+    from true_diffuse.addon import engines
+
+    if request.param == engines.EEVEE.key and not eevee_runs_here:
+        pytest.skip("EEVEE finds no graphics driver here")
+    return engines.ENGINES[request.param]

@@ -51,13 +51,6 @@ def rough(model: str, mode: str = "Lobes", roughness: float = 1.0) -> bpy.types.
     return materials.create(f"{model} {mode}", ROUGH_DIFFUSE, Model=model, Mode=mode, Color=COLOR, Roughness=roughness)
 
 
-@pytest.fixture(params=engines.ENGINES.values(), ids=lambda engine: engine.key)
-def engine(request, eevee_runs_here: bool) -> engines.Engine:
-    if request.param is engines.EEVEE and not eevee_runs_here:
-        pytest.skip("EEVEE finds no graphics driver here")
-    return request.param
-
-
 @pytest.mark.parametrize("group", GROUPS, ids=lambda group: group.key)
 def test_group_is_built_once(group) -> None:
     first, count = group.ensure(), len(bpy.data.node_groups)

@@ -21,13 +21,6 @@ CYCLES_NOISE, EEVEE_BITS = 0.01, 0.021
 EEVEE_GAIN = {"Oren-Nayar": 0.12, "EON": 0.08}  # at sigma = 0.33, N.V = 0.05: 0.111 and 0.065
 
 
-@pytest.fixture(params=engines.ENGINES.values(), ids=lambda engine: engine.key)
-def engine(request, eevee_runs_here: bool) -> engines.Engine:
-    if request.param is engines.EEVEE and not eevee_runs_here:
-        pytest.skip("EEVEE finds no graphics driver here")
-    return request.param
-
-
 def white(law: Law, engine: engines.Engine, samples: int, osl: bool = False) -> list[float]:
     """Return the share of a uniform world that a white surface of roughness 0.33 reflects, for each of MUS."""
     bent = robustness.sheet(MUS, [robustness.USUAL], robustness.FURNACE_CELL)

@@ -4,7 +4,7 @@
 import bpy
 
 import pytest
-from true_diffuse.addon import engines, materials
+from true_diffuse.addon import materials
 from true_diffuse.addon.measure import error
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
 from true_diffuse.addon.nodes.graph import STAMP
@@ -12,13 +12,6 @@ from true_diffuse.addon.nodes.subsurface import METHOD
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
 
 pytestmark = pytest.mark.usefixtures("empty_file")
-
-
-@pytest.fixture(params=engines.ENGINES.values(), ids=lambda engine: engine.key)
-def engine(request, eevee_runs_here: bool) -> engines.Engine:
-    if request.param is engines.EEVEE and not eevee_runs_here:
-        pytest.skip("EEVEE finds no graphics driver here")
-    return request.param
 
 
 @pytest.mark.render

@@ -31,7 +31,7 @@ from .geometry import clamp
 
 IOR, SKIN_IOR = 3.8, 1.4  # of the closure, to bend what enters; not of the surface
 MU = 0.988  # mean cosine inside at IOR, over all views
-SHORTEST = 1e-6  # mean free path in Blender's units: 32-bit floats cannot tell less, so it is Lambert's, fed the color itself
+LAMBERT_BELOW = 1e-6  # mean free path in Blender's units: 32-bit floats cannot tell less, so it is Lambert's, fed the color itself
 LEAST_ALPHA, STEPS = 0.2, 255.5
 H = 2.8866  # Chandrasekhar's H(MU) at alpha = 1
 # Exact slopes at both ends: -H in s at 0, and (1 - MU ln(1 + 1 / MU)) / 2 in alpha at 0. To 5e-5.

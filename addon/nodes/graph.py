@@ -102,6 +102,13 @@ class Group:
             graph.arrange()
 
 
+def stamp_of(node: bpy.types.Node) -> tuple[str, str]:
+    """Return key and version of our group that `node` holds, in whichever version; empty where it holds none."""
+    tree = node.node_tree if node.type == "GROUP" else None
+    key, _, version = str(tree.get(STAMP, "") if tree else "").partition("/")
+    return key, version
+
+
 def _add_input(tree: bpy.types.ShaderNodeTree, socket: Socket) -> None:
     item = tree.interface.new_socket(socket.name, in_out="INPUT", socket_type=socket.kind)
     item.description = socket.description

@@ -20,7 +20,7 @@ def build(graph: Graph) -> dict[str, Value]:
     normal = graph.normal()
     n = graph.maximum(graph.input(EXPONENT), 0.0)
     alpha2 = 2.0 / (n + 2.0)
-    mu = graph.minimum(graph.maximum(graph.dot(normal, graph.geometry("Incoming")), 0.0), 1.0)
+    mu = graph.clamp(graph.dot(normal, graph.geometry("Incoming")), 0.0, 1.0)
     mu2 = mu * mu
     masking = graph.in_eevee()
     same_height = mu * graph.sqrt(mu2 + masking * alpha2 * (1.0 - mu2))

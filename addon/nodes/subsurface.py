@@ -18,10 +18,10 @@ from ..models.conversion import (
     DARKENING,
     DARKEST,
     HALF_STEP,
+    LAMBERT_BELOW,
     LEGACY,
     LONGER,
     SCREEN,
-    SHORTEST,
     SKIN,
     SKIN_IOR,
     SKIN_LOST,
@@ -105,7 +105,7 @@ class Medium:
         meter = graph.per_scene("Meter", "1 / unit", unit="unit_settings.scale_length")
         self.scale = graph.clamp(graph.input(SCALE), 0.0, LONGEST) * (meter * 0.001)
         length = graph.clamp(graph.input(MEAN_FREE_PATH), 0.0, LONGEST)
-        self.enters = graph.clamp((length * (self.scale * (1.0 / SHORTEST)) - 1.0) * 1000.0, 0.0, 1.0)
+        self.enters = graph.clamp((length * (self.scale * (1.0 / LAMBERT_BELOW)) - 1.0) * 1000.0, 0.0, 1.0)
         self.length = length * self.enters
 
     def closure(self, falloff: str, color: Value, radius: Value, ior: float | None = None) -> Value:
@@ -182,7 +182,7 @@ def build(graph: Graph) -> dict[str, Value]:
         Color=graph.input(COLOR),
         Roughness=graph.input(ROUGHNESS),
         IOR=graph.input(IOR),
-        Normal=medium.n,
+        Normal=graph.input(NORMAL),
     )["BSDF"]
     base = graph.mix_shader(graph.clamp(graph.input(WEIGHT), 0.0, 1.0), rough, scattered)
     return {"BSDF": coat(graph, medium.n, base)}

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import bpy
 
 from ..nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group
-from ..nodes.graph import STAMP
+from ..nodes.graph import stamp_of
 from .materialx import LUMINANCE
 from .nearest import LAWS
 from .surface import Attribute, Image, Setting, Source, Surface
@@ -40,8 +40,8 @@ def group_node(material: bpy.types.Material) -> tuple[bpy.types.Node, Group, int
         output = tree.get_output_node(target)
         source = _before(output.inputs["Surface"]) if output else None
         node = source.node if source else None
-        if node and node.type == "GROUP" and node.node_tree and not node.mute:
-            key, _, version = str(node.node_tree.get(STAMP, "")).partition("/")
+        if node and not node.mute:
+            key, version = stamp_of(node)
             group = next((group for group in GROUPS if group.key == key), None)
             if group:
                 return node, group, int(version) if version.isdecimal() else group.version

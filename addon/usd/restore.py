@@ -6,7 +6,7 @@ from pathlib import Path
 
 import bpy
 
-from ..materials import add_group, set_thickness
+from ..materials import add_group, set_thickness, show
 from ..nodes import GROUPS
 from .read import DEFAULT_UV, WRAPS
 from .surface import Attribute, Image, Setting, Source, Surface
@@ -30,9 +30,7 @@ def rebuild(material: bpy.types.Material, surface: Surface, find: Find) -> list[
     for name, source in surface.fed.items():
         if name in node.inputs:
             lost += _feed(node.inputs[name], source, find)
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    output.location = (300.0, 0.0)
-    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+    show(material, node)
     set_thickness(material)
     return lost
 
