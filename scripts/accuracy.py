@@ -22,8 +22,8 @@ from frame import ENGINE_KEYS, empty_file, engine_list, load_character, run_scri
 from outputs import Staging
 
 if TYPE_CHECKING:
-    from true_diffuse.addon.comparison import Progress, Record
     from true_diffuse.addon.engines import Engine
+    from true_diffuse.addon.measure.record import Progress, Record
 
 SIZE = 96  # pixels across the sphere: 5000 to compare
 BOTH_SIZE = 64  # where the engines are held against each other, as Cycles needs many samples
@@ -48,24 +48,24 @@ def told(
 
 def rough(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Hold each rough model, home and mode against its formula, on a sphere under a sun."""
-    from true_diffuse.addon import accuracy
+    from true_diffuse.addon.studies import rough as study
     from true_diffuse.scenes.sphere import sphere_under_sun
 
-    work, sphere = accuracy.rough_work(engines, options.quick), sphere_under_sun(SIZE)
-    measure = partial(accuracy.rough, sphere, engines, options.samples, options.quick)
+    work, sphere = study.rough_work(engines, options.quick), sphere_under_sun(SIZE)
+    measure = partial(study.rough, sphere, engines, options.samples, options.quick)
     title = "Error of the lobes and RMS error on a sphere, light at the angle from the viewer, in %"
-    return told(terminal, work, measure, title, accuracy.rough_table)
+    return told(terminal, work, measure, title, study.rough_table)
 
 
 def engines(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Hold EEVEE against Cycles, under three lights and a sky."""
-    from true_diffuse.addon import accuracy
+    from true_diffuse.addon.studies import rough as study
     from true_diffuse.scenes.sphere import sphere_under_sun
 
     if len(engines) < len(ENGINE_KEYS):
         raise BadInput("EEVEE and Cycles are both needed to hold them against each other")
-    work, measure = accuracy.between_engines_work(), partial(accuracy.between_engines, sphere_under_sun(BOTH_SIZE))
-    return told(terminal, work, measure, "RMS difference of EEVEE from Cycles, in %", accuracy.between_engines_table)
+    work, measure = study.between_engines_work(), partial(study.between_engines, sphere_under_sun(BOTH_SIZE))
+    return told(terminal, work, measure, "RMS difference of EEVEE from Cycles, in %", study.between_engines_table)
 
 
 def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
@@ -74,10 +74,10 @@ def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -
         import referee
     except ImportError as error:
         raise BadInput(f"the formulas in all digits need a package that is not installed: {error}") from error
-    from true_diffuse.addon import stability_glsl, stability_osl, stability_subsurface
     from true_diffuse.addon.engines import CYCLES, EEVEE
     from true_diffuse.addon.measure import judge
     from true_diffuse.addon.osl import compiles_osl
+    from true_diffuse.addon.studies import stability_glsl, stability_osl, stability_subsurface
 
     homes: list[tuple[str, ModuleType]] = [("GLSL", stability_glsl)] if EEVEE in engines else []
     if CYCLES in engines and compiles_osl():
@@ -97,8 +97,8 @@ def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -
 
 def cost(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Time equation (1) in GLSL, and the node group against Blender's own Diffuse BSDF."""
-    from true_diffuse.addon import cost
     from true_diffuse.addon.engines import EEVEE
+    from true_diffuse.addon.studies import cost
     from true_diffuse.scenes import five_characters
     from true_diffuse.scenes.sphere import sphere_under_sun
 
@@ -112,7 +112,7 @@ def cost(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> li
 
 def furnace(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Hold what each model, home and mode reflects of a uniform world against its formula."""
-    from true_diffuse.addon import robustness
+    from true_diffuse.addon.studies import robustness
 
     work, measure = robustness.furnace_work(engines, options.quick), partial(robustness.furnace, engines, options.quick)
     title = "Albedo at rho = 1 in a uniform world, the formula's in brackets"
@@ -121,7 +121,7 @@ def furnace(options: Namespace, engines: list["Engine"], terminal: Terminal) -> 
 
 def leak(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Look for light from behind on closed bodies."""
-    from true_diffuse.addon import robustness
+    from true_diffuse.addon.studies import robustness
 
     work, measure = robustness.leak_work(engines, options.quick), partial(robustness.leak, engines, options.quick)
     title = "Light from behind, as a share of what a lit Lambert surface shows"
@@ -130,7 +130,7 @@ def leak(options: Namespace, engines: list["Engine"], terminal: Terminal) -> lis
 
 def extremes(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Render inputs at the ends of their ranges and beyond them."""
-    from true_diffuse.addon import robustness
+    from true_diffuse.addon.studies import robustness
 
     work, measure = robustness.extremes_work(engines, options.quick), partial(robustness.extremes, engines, options.quick)
     return told(terminal, work, measure, "Radiance of odd inputs, over all views, lights and models", robustness.extremes_table)
@@ -138,28 +138,28 @@ def extremes(options: Namespace, engines: list["Engine"], terminal: Terminal) ->
 
 def subsurface(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Hold the group Subsurface on a slab against its model: profiles, edges of shadows, albedos, furnace, units, stiff inputs."""
-    from true_diffuse.addon import subsurface_accuracy
+    from true_diffuse.addon.studies import subsurface as study
 
     records = []
-    for part in subsurface_accuracy.PARTS:
+    for part in study.PARTS:
         work, measure = part.work(engines, options.quick), partial(part.records, engines, options.quick)
-        records += told(terminal, work, measure, part.title, subsurface_accuracy.table)
+        records += told(terminal, work, measure, part.title, study.table)
     return records
 
 
 def usd(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Hold each rough model against its formula after it has gone through USD, in MaterialX's GLSL and in Hydra Storm."""
     from true_diffuse.addon import usd as usd_files
-    from true_diffuse.addon import usd_accuracy
     from true_diffuse.addon.engines import EEVEE
+    from true_diffuse.addon.studies import usd as study
     from true_diffuse.scenes.sphere import sphere_under_sun
 
     if EEVEE not in engines:
         raise BadInput("Hydra Storm needs EEVEE's graphics driver")
     usd_files.register()
-    with tempfile.TemporaryDirectory() as folder, terminal.progress(usd_accuracy.work(options.quick)) as progress:
-        found = list(usd_accuracy.records(sphere_under_sun(SIZE), Path(folder), check_usd, options.quick, progress))
-    terminal.table("Error after the way through USD, light at the angle from the viewer, in %", *usd_accuracy.table(found))
+    with tempfile.TemporaryDirectory() as folder, terminal.progress(study.work(options.quick)) as progress:
+        found = list(study.records(sphere_under_sun(SIZE), Path(folder), check_usd, options.quick, progress))
+    terminal.table("Error after the way through USD, light at the angle from the viewer, in %", *study.table(found))
     return found
 
 
@@ -208,13 +208,13 @@ def _what(key: str) -> str:
 def measure(options: Namespace, staging: Staging, terminal: Terminal) -> None:
     """Measure and write the records."""
     engines = start_blender(options.engine, terminal)
-    from true_diffuse.addon import comparison
+    from true_diffuse.addon.studies.environment import environment
 
     records = []
     for key in [options.only] if options.only else MEASURES:
         empty_file()  # none may inherit another's scene: `rough` ends with Open Shading Language on
         records += MEASURES[key](options, engines, terminal)
-    staging.write_json(options.out.name, {"records": records, "environment": comparison.environment(engines)})
+    staging.write_json(options.out.name, {"records": records, "environment": environment(engines)})
     staging.publish()
     terminal.say(f"Wrote {options.out}")
 

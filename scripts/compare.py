@@ -156,9 +156,9 @@ def compare(options: Options, staging: Staging, terminal: Terminal) -> None:
 
 def publish(options: Options, chosen: list["Engine"], staging: Staging, found: dict[str, object]) -> list[str]:
     """Write what was `found` with the machine and the options as compare.json, publish all files and return their names."""
-    from true_diffuse.addon import comparison
+    from true_diffuse.addon.studies.environment import environment
 
-    staging.write_json("compare.json", {**found, "environment": comparison.environment(chosen), "options": vars_of(options)})
+    staging.write_json("compare.json", {**found, "environment": environment(chosen), "options": vars_of(options)})
     return staging.publish()
 
 
@@ -168,7 +168,7 @@ def _samples_of(options: Options, engine: "Engine") -> int:
 
 def compare_five(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
     """Compare the five characters with the analytic models."""
-    from true_diffuse.addon import comparison
+    from true_diffuse.addon.studies import five, pictures
     from true_diffuse.scenes import five_characters
 
     mesh = load_character(options.character)
@@ -176,51 +176,52 @@ def compare_five(options: Options, chosen: list["Engine"], staging: Staging, ter
     stage = five_characters.build(mesh, options.albedo, bust, options.resolution, options.sigmas)
 
     folder = staging.folder
-    captions = comparison.five_captions(stage)
-    with terminal.progress(comparison.work(stage, len(chosen))) as progress:
-        seen = comparison.surfaces(stage, progress)
+    captions = five.five_captions(stage)
+    with terminal.progress(five.work(stage, len(chosen))) as progress:
+        seen = five.surfaces(stage, progress)
         measured = []
         for engine in chosen:
             samples = _samples_of(options, engine)
-            comparison.render_picture(stage.scene, engine, samples, folder / "five", captions, progress)
-            measured += comparison.measure(stage, seen, engine, samples, progress)
-    comparison.write_error_maps(stage, measured, folder)
-    records = [comparison.record(one, options.albedo) for one in measured]
+            pictures.render_picture(stage.scene, engine, samples, folder / "five", captions, progress)
+            measured += five.measure(stage, seen, engine, samples, progress)
+    five.write_error_maps(stage, measured, folder)
+    records = [five.record(one, options.albedo) for one in measured]
     if options.save_blend:
-        comparison.save_blend(stage.scene, folder / "five.blend")
+        pictures.save_blend(stage.scene, folder / "five.blend")
     written = publish(options, chosen, staging, {"records": records})
-    terminal.table("Error against the analytic model, key light alone", *comparison.table(records))
+    terminal.table("Error against the analytic model, key light alone", *five.table(records))
     return written
 
 
 def compare_face(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
     """Compare one engine's head with BRDF, BSSRDF and the mixed model with the other's, region by region."""
-    from true_diffuse.addon import comparison, face_comparison
+    from true_diffuse.addon.studies import face as study
+    from true_diffuse.addon.studies import pictures
     from true_diffuse.scenes import face
 
     stage = face.build(load_character(options.character), options.character == "human", options.resolution)
     folder = staging.folder
-    captions = face_comparison.captions(stage)
-    pictures, measured = [], []
-    with terminal.progress(face_comparison.work(stage, chosen)) as progress:
-        seen = face_comparison.surfaces(stage, progress)
+    captions = study.captions(stage)
+    rendered, measured = [], []
+    with terminal.progress(study.work(stage, chosen)) as progress:
+        seen = study.surfaces(stage, progress)
         for engine in chosen:
             samples = _samples_of(options, engine)
             denoise = engine.key == "cycles"
-            seconds = comparison.render_picture(stage.scene, engine, samples, folder / "face", captions, progress, denoise)
-            pictures.append({"engine": engine.key, "samples": samples, "denoised": denoise, "render_seconds": seconds})
-            measured += face_comparison.measure(stage, engine, samples, progress)
-    records = face_comparison.records(seen, measured)
+            seconds = pictures.render_picture(stage.scene, engine, samples, folder / "face", captions, progress, denoise)
+            rendered.append({"engine": engine.key, "samples": samples, "denoised": denoise, "render_seconds": seconds})
+            measured += study.measure(stage, engine, samples, progress)
+    records = study.records(seen, measured)
     if options.save_blend:
-        comparison.save_blend(stage.scene, folder / "face.blend")
-    written = publish(options, chosen, staging, {"records": records, "pictures": pictures})
-    terminal.table("EEVEE against Cycles on skin, key and back light alone", *face_comparison.table(records))
+        pictures.save_blend(stage.scene, folder / "face.blend")
+    written = publish(options, chosen, staging, {"records": records, "pictures": rendered})
+    terminal.table("EEVEE against Cycles on skin, key and back light alone", *study.table(records))
     return written
 
 
 def compare_searchlight(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
     """Compare where a narrow beam's light leaves a slab with Burley and the dipole."""
-    from true_diffuse.addon import searchlight
+    from true_diffuse.addon.studies import searchlight
 
     if options.save_blend:
         raise BadInput("--scene searchlight has no scene to save: it is built anew for every ring")

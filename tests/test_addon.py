@@ -11,9 +11,9 @@ import bpy
 
 import pytest
 import true_diffuse
-from true_diffuse.addon import ui
 from true_diffuse.addon.nodes.lamps import LAMPS
 from true_diffuse.addon.presets import PRESETS
+from true_diffuse.addon.ui import menus
 
 ROOT = Path(__file__).resolve().parent.parent
 SCRIPTS = Path(bpy.utils.system_resource("SCRIPTS"))
@@ -66,9 +66,9 @@ def test_registering_twice_leaves_blender_as_it_was() -> None:
     for _ in range(2):
         true_diffuse.register()
         during = blender_state()
-        assert "TRUE_DIFFUSE_MT_add" in during[0] - before[0] and during[1] == before[1] + 2 and len(ui.pictures) == len(PRESETS)
+        assert "TRUE_DIFFUSE_MT_add" in during[0] - before[0] and during[1] == before[1] + 2 and len(menus.pictures) == len(PRESETS)
         true_diffuse.unregister()
-        assert blender_state() == before and not ui.pictures
+        assert blender_state() == before and not menus.pictures
 
 
 def test_add_group_needs_a_shader_editor() -> None:

@@ -5,8 +5,9 @@ from array import array
 from itertools import pairwise
 
 import pytest
-from true_diffuse.addon import engines, face_comparison
+from true_diffuse.addon import engines
 from true_diffuse.addon.presets import PRESETS
+from true_diffuse.addon.studies import face as study
 from true_diffuse.scenes import character, face
 from true_diffuse.scenes.human import REGION_ATTRIBUTE, REGIONS
 
@@ -58,10 +59,10 @@ def test_noise_is_told_from_difference() -> None:
     first = array("f", [x for x in (1.2, 1.2, 0.8, 0.8) for _ in range(3)])
     second = array("f", [x for x in (1.2, 0.8, 1.2, 0.8) for _ in range(3)])
     measured = [
-        face_comparison.Measured(look, engines.CYCLES, 4, 1.0, (first, second)),
-        face_comparison.Measured(look, engines.EEVEE, 4, 1.0, (array("f", [1.1] * 12),)),
+        study.Measured(look, engines.CYCLES, 4, 1.0, (first, second)),
+        study.Measured(look, engines.EEVEE, 4, 1.0, (array("f", [1.1] * 12),)),
     ]
-    (record,) = face_comparison.records([face_comparison.Seen(look, {"ears": [0, 1, 2, 3]})], measured)
+    (record,) = study.records([study.Seen(look, {"ears": [0, 1, 2, 3]})], measured)
     assert record["rms_difference"] == pytest.approx(0.1, rel=1e-5)
     assert record["noise"] == pytest.approx((2 * 0.4**2 / (4 + 4 * 0.2**2)) ** 0.5 / 2, rel=1e-5)
     assert record["mean_radiance"]["cycles"] == pytest.approx([1.0] * 3)
@@ -71,7 +72,7 @@ def test_noise_is_told_from_difference() -> None:
 def test_region_out_of_sight_has_no_difference() -> None:
     look = face.LOOKS[0]
     picture = array("f", [1.0] * 3)
-    measured = [face_comparison.Measured(look, engines.CYCLES, 4, 1.0, (picture, picture))]
-    (record,) = face_comparison.records([face_comparison.Seen(look, {"ears": []})], measured)
+    measured = [study.Measured(look, engines.CYCLES, 4, 1.0, (picture, picture))]
+    (record,) = study.records([study.Seen(look, {"ears": []})], measured)
     assert record["rms_difference"] is None and record["noise"] is None and record["mean_radiance"] == {"cycles": None}
-    assert face_comparison.table([record])[1] == [("brdf", "ears", "0", "-", "-", "-", "-")]
+    assert study.table([record])[1] == [("brdf", "ears", "0", "-", "-", "-", "-")]

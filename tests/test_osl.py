@@ -12,10 +12,11 @@ import bpy
 import fit_ramps
 import pytest
 import referee
-from true_diffuse.addon import engines, materials, models, stability_osl
+from true_diffuse.addon import engines, materials, models
 from true_diffuse.addon.measure import judge, osl, render
 from true_diffuse.addon.models import Model, directional_albedo
 from true_diffuse.addon.osl import SHADERS
+from true_diffuse.addon.studies import stability_osl
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
 
 pytestmark = pytest.mark.usefixtures("empty_file")

@@ -4,11 +4,12 @@
 import bpy
 
 import pytest
-from true_diffuse.addon import engines, materials, robustness
-from true_diffuse.addon.accuracy import OTHERS, PAPER, Law
+from true_diffuse.addon import engines, materials
 from true_diffuse.addon.models import directional_albedo
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
 from true_diffuse.addon.nodes.lamps import choose
+from true_diffuse.addon.studies import robustness
+from true_diffuse.addon.studies.rough import OTHERS, PAPER, Law
 
 pytestmark = [pytest.mark.usefixtures("empty_file"), pytest.mark.render]
 

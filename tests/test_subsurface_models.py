@@ -38,7 +38,7 @@ from true_diffuse.addon.models.albedo import diffusion_root, log_h
 from true_diffuse.addon.models.burley import bickley
 from true_diffuse.addon.models.fresnel import boundary, passing
 from true_diffuse.addon.models.quadrature import integrate
-from true_diffuse.addon.stability_subsurface import records
+from true_diffuse.addon.studies.stability_subsurface import records
 
 mp = mpmath.mp.clone()
 mp.dps = 25

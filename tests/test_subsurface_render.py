@@ -9,9 +9,11 @@ from xml.etree import ElementTree
 import bpy
 
 import pytest
-from true_diffuse.addon import engines, searchlight, subsurface_accuracy
+from true_diffuse.addon import engines
 from true_diffuse.addon.measure.profile import edge_width
 from true_diffuse.addon.models import Burley
+from true_diffuse.addon.studies import searchlight
+from true_diffuse.addon.studies import subsurface as study
 from true_diffuse.scenes.slab import slab
 
 COLORS = (0.8, 0.5, 0.1)
@@ -86,9 +88,9 @@ def test_slab_is_in_millimetres_in_scenes_of_any_unit(scale_length: float) -> No
 
 @pytest.mark.render
 @pytest.mark.usefixtures("empty_file")
-@pytest.mark.parametrize("way", [subsurface_accuracy.WALK, subsurface_accuracy.BURLEY], ids=lambda way: way.method)
-def test_slab_lit_all_over_shows_the_color(way: subsurface_accuracy.Way) -> None:
-    shown = subsurface_accuracy.material(way, COLORS, (1.0,) * 3)
+@pytest.mark.parametrize("way", [study.WALK, study.BURLEY], ids=lambda way: way.method)
+def test_slab_lit_all_over_shows_the_color(way: study.Way) -> None:
+    shown = study.material(way, COLORS, (1.0,) * 3)
     (found,) = slab(1000.0).albedos([shown], engines.CYCLES, 512)
     for color, mean in zip(COLORS, found, strict=True):
         # what Random Walk shows along the normal is up to 2 % below what it shows on the average of all views
@@ -100,7 +102,7 @@ def test_slab_lit_all_over_shows_the_color(way: subsurface_accuracy.Way) -> None
 def test_cells_keep_to_themselves() -> None:
     body = slab(1000.0, 2, 2)
     colors = (0.2, 0.4, 0.6, 0.8)
-    shown = [subsurface_accuracy.material(subsurface_accuracy.BURLEY, (color,) * 3, (1.0,) * 3) for color in colors]
+    shown = [study.material(study.BURLEY, (color,) * 3, (1.0,) * 3) for color in colors]
     for mu in (1.0, 0.3):
         for color, channels in zip(colors, body.albedos(shown, engines.CYCLES, 64, mu), strict=True):
             assert [mean.value for mean in channels] == pytest.approx([color] * 3, rel=0.02)
@@ -109,12 +111,12 @@ def test_cells_keep_to_themselves() -> None:
 @pytest.mark.render
 @pytest.mark.usefixtures("empty_file")
 def test_group_has_the_profile_of_its_model() -> None:
-    records = list(subsurface_accuracy.profile([engines.CYCLES], True, Silent()))
+    records = list(study.profile([engines.CYCLES], True, Silent()))
     fields = {"case", "engine", "method", "quantity", "expected", "got", "error", "noise"}
     assert all(set(record) == fields for record in records)
     # 262,000 paths, of which a share of 0.03 and more ends in a ring: 1.1 % is one standard deviation at most
     assert records[-1]["got"] <= 0.02
-    columns, rows = subsurface_accuracy.table(records)
+    columns, rows = study.table(records)
     assert len(rows) == len(records)
     assert all(len(row) == len(columns) for row in rows)
 

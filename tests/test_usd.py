@@ -512,17 +512,18 @@ def test_gltf_has_color_and_roughness(tmp_path: Path) -> None:
 def test_storm_renders_the_model(tmp_path: Path, eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("no graphics driver for Hydra Storm")
-    from true_diffuse.addon import accuracy, usd_accuracy
+    from true_diffuse.addon.studies import rough
+    from true_diffuse.addon.studies import usd as study
     from true_diffuse.scenes.sphere import sphere_under_sun
 
     sphere = sphere_under_sun(64)
-    eon = next(law for law in accuracy.OTHERS if law.name == "EON")
-    for law in (accuracy.PAPER, eon):
+    eon = next(law for law in rough.OTHERS if law.name == "EON")
+    for law in (rough.PAPER, eon):
         for sigma in SIGMAS:
-            case = usd_accuracy.Case(law, sigma)
-            assert usd_accuracy.rendered(sphere, case, 60.0, tmp_path / "one.usdc", preview=False) < 0.02
-    lambert = usd_accuracy.Case(accuracy.LAMBERT, 0.0)
-    assert usd_accuracy.rendered(sphere, lambert, 60.0, tmp_path / "one.usdc", preview=True) < 0.02
+            case = study.Case(law, sigma)
+            assert study.rendered(sphere, case, 60.0, tmp_path / "one.usdc", preview=False) < 0.02
+    lambert = study.Case(rough.LAMBERT, 0.0)
+    assert study.rendered(sphere, lambert, 60.0, tmp_path / "one.usdc", preview=True) < 0.02
 
 
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Protocol
 from ..models.vector import Vector, normalize
 
 if TYPE_CHECKING:
-    from ..comparison import Record
+    from .record import Record
 
 RELATIVE, FLOOR, ABSOLUTE = 2e-5, 1e-4, 1e-6
 EXAMINED = 100  # of the random inputs, so many of the worst, and as many others, are worked out in all digits

@@ -16,15 +16,15 @@ import bpy
 
 from mathutils import Vector
 
-from ..scenes.sphere import sky
-from . import materials
-from .accuracy import LAMBERT, OTHERS, PAPER, WAYS, Law, Way
-from .comparison import Progress, Record
-from .engines import EEVEE, Engine
-from .measure import render
-from .models import directional_albedo
-from .models.lobe import PAIR, SIGNED
-from .nodes import ROUGH_DIFFUSE, lamps
+from ...scenes.sphere import sky
+from .. import materials
+from ..engines import EEVEE, Engine
+from ..measure import render
+from ..measure.record import Progress, Record
+from ..models import directional_albedo
+from ..models.lobe import PAIR, SIGNED
+from ..nodes import ROUGH_DIFFUSE, lamps
+from .rough import LAMBERT, OTHERS, PAPER, WAYS, Law, Way
 
 LAWS = (LAMBERT, PAPER, *OTHERS)
 QUICK_LAWS = (PAPER, OTHERS[1])

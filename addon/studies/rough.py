@@ -8,18 +8,18 @@ from typing import Any
 
 import bpy
 
-from ..scenes.sphere import COLOR, SphereUnderSun, sky, three_lights
-from . import materials
-from .comparison import Progress, Record, known
-from .engines import CYCLES, EEVEE, Engine
-from .measure import osl
-from .measure.lobe_error import lobe_error
-from .models import CyclesDiffuse, Eon, Fujii, Lambert, Model, OrenNayar, OrenNayar1994, Pits, Wolff
-from .models.lobe import CYCLES as CYCLES_LOBES
-from .models.lobe import PAIR, SIGNED, SINGLE
-from .models.lobes import Rendered
-from .nodes import ROUGH_DIFFUSE, lamps
-from .osl import compiles_osl
+from ...scenes.sphere import COLOR, SphereUnderSun, sky, three_lights
+from .. import materials
+from ..engines import CYCLES, EEVEE, Engine
+from ..measure import osl
+from ..measure.lobe_error import lobe_error
+from ..measure.record import Progress, Record, known
+from ..models import CyclesDiffuse, Eon, Fujii, Lambert, Model, OrenNayar, OrenNayar1994, Pits, Wolff
+from ..models.lobe import CYCLES as CYCLES_LOBES
+from ..models.lobe import PAIR, SIGNED, SINGLE
+from ..models.lobes import Rendered
+from ..nodes import ROUGH_DIFFUSE, lamps
+from ..osl import compiles_osl
 
 SIGMAS = (0.2, 0.33, 1.0)
 LIGHT_DEGREES = (0.0, 30.0, 60.0, 90.0, 120.0)  # between light and viewer

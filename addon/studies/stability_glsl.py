@@ -9,10 +9,10 @@ import random
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from .comparison import Progress, Record
-from .measure.glsl import evaluate
-from .measure.judge import Arguments, Judge, Referee, anywhere, single, single_vector
-from .models.vector import Vector, add, dot, from_polar, normalize, scale
+from ..measure.glsl import evaluate
+from ..measure.judge import Arguments, Judge, Referee, anywhere, single, single_vector
+from ..measure.record import Progress, Record
+from ..models.vector import Vector, add, dot, from_polar, normalize, scale
 
 COUNT = 100_000
 

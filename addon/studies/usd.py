@@ -10,14 +10,14 @@ import bpy
 
 from mathutils import Vector
 
-from ..scenes.sphere import COLOR, SphereUnderSun
-from . import materials, usd
-from .accuracy import LAMBERT, OTHER_SIGMAS, OTHERS, PAPER, QUICK_SIGMAS, SIGMAS, Law
-from .comparison import Progress, Record, known
-from .measure import error, render, storm
-from .models import Lambert
-from .nodes import ROUGH_DIFFUSE
-from .usd.read import identifier
+from ...scenes.sphere import COLOR, SphereUnderSun
+from .. import materials, usd
+from ..measure import error, render, storm
+from ..measure.record import Progress, Record, known
+from ..models import Lambert
+from ..nodes import ROUGH_DIFFUSE
+from ..usd.read import identifier
+from .rough import LAMBERT, OTHER_SIGMAS, OTHERS, PAPER, QUICK_SIGMAS, SIGMAS, Law
 
 LIGHT_DEGREES = (0.0, 60.0, 120.0)  # between light and viewer; beyond 90 MaterialX's compensated formula has its fault
 CONSUMERS = ("MaterialX in Storm", "UsdPreviewSurface in Storm")

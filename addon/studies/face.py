@@ -8,13 +8,15 @@ from dataclasses import dataclass, replace
 
 import bpy
 
-from ..scenes.face import Face, Look, region_albedo
-from ..scenes.human import REGIONS
-from .comparison import MEASUREMENT_WORK, PICTURE_WORK, Captions, Progress, Record, known
-from .comparison import captions as captions_of
-from .engines import CYCLES, EEVEE, Engine
-from .measure import error, render
-from .models.vector import dot
+from ...scenes.face import Face, Look, region_albedo
+from ...scenes.human import REGIONS
+from ..engines import CYCLES, EEVEE, Engine
+from ..measure import error, render
+from ..measure.record import Progress, Record, known
+from ..models.vector import dot
+from .five import MEASUREMENT_WORK
+from .pictures import PICTURE_WORK, Captions
+from .pictures import captions as captions_of
 
 # Renders with random numbers of their own, so that their noise can be told and taken out; EEVEE's are always the same.
 TAKES = {EEVEE: 1, CYCLES: 2}

@@ -4,14 +4,11 @@
 import bpy
 import bpy.utils.previews
 
-from .nodes import GROUPS
-from .operators import (
-    TRUE_DIFFUSE_OT_add_group,
-    TRUE_DIFFUSE_OT_add_preset,
-    TRUE_DIFFUSE_OT_assign_preset,
-    TRUE_DIFFUSE_OT_choose_lamps,
-)
-from .presets import PRESETS
+from ..nodes import GROUPS
+from ..operators.add import TRUE_DIFFUSE_OT_add_group
+from ..operators.lamps import TRUE_DIFFUSE_OT_choose_lamps
+from ..operators.presets import TRUE_DIFFUSE_OT_add_preset, TRUE_DIFFUSE_OT_assign_preset
+from ..presets import PRESETS
 
 COLUMNS = 3
 PICTURE_SIZE = 4.0  # times an icon's

@@ -11,14 +11,14 @@ import bpy
 
 import gpu
 
-from ..scenes.five_characters import FiveCharacters
-from ..scenes.sphere import SphereUnderSun
-from . import engines, materials
-from .comparison import Progress, Record
-from .engines import CYCLES, EEVEE, Engine
-from .measure import render
-from .measure.glsl import VERTEX, source, triangle
-from .nodes import ROUGH_DIFFUSE, lamps
+from ...scenes.five_characters import FiveCharacters
+from ...scenes.sphere import SphereUnderSun
+from .. import engines, materials
+from ..engines import CYCLES, EEVEE, Engine
+from ..measure import render
+from ..measure.glsl import VERTEX, source, triangle
+from ..measure.record import Progress, Record
+from ..nodes import ROUGH_DIFFUSE, lamps
 
 # What one operator or function stands for; a dot product of three components is three products and two sums.
 OPERATIONS = {"+": 1, "-": 1, "*": 1, "/": 1, "?": 1, "max": 1, "min": 1, "sqrt": 1, "dot": 5}

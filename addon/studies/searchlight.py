@@ -9,12 +9,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from statistics import fmean
 
-from ..scenes.slab import slab
-from .comparison import Progress, Record
-from .engines import EEVEE, Engine
-from .models import EDGE_WIDTH_25_75, Burley, Channel, StandardDipole, conversion
-from .models.quadrature import integrate
-from .subsurface_accuracy import HALF_SPACE, WAYS, Way, material
+from ...scenes.slab import slab
+from ..engines import EEVEE, Engine
+from ..measure.record import Progress, Record
+from ..models import EDGE_WIDTH_25_75, Burley, Channel, StandardDipole, conversion
+from ..models.quadrature import integrate
+from .subsurface import HALF_SPACE, WAYS, Way, material
 
 ALBEDO = 0.8
 RADII = tuple(0.1 * 100.0 ** (k / 12) for k in range(13))  # of rings, from 0.1 to 10

@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterator, Sequence
 from decimal import Decimal, localcontext
 from typing import Any
 
-from .models import albedo
-from .models.burley import Burley
-from .models.dipole import BetterDipole, StandardDipole, standard_a, standard_inverse
-from .models.fresnel import passing
-from .models.medium import LONGEST, SHORTEST, Channel
-from .models.quadrature import integrate
+from ..models import albedo
+from ..models.burley import Burley
+from ..models.dipole import BetterDipole, StandardDipole, standard_a, standard_inverse
+from ..models.fresnel import passing
+from ..models.medium import LONGEST, SHORTEST, Channel
+from ..models.quadrature import integrate
 
 type Record = dict[str, Any]
 

@@ -10,10 +10,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import product
 
-from .comparison import Progress, Record
-from .measure.judge import Judge, Referee, anywhere, single, single_vector
-from .measure.osl import EXACT, MODELS, VIEWER, Inputs, Sun, evaluate, shape_names, suns
-from .models.vector import Vector, add, dot, normalize, scale
+from ..measure.judge import Judge, Referee, anywhere, single, single_vector
+from ..measure.osl import EXACT, MODELS, VIEWER, Inputs, Sun, evaluate, shape_names, suns
+from ..measure.record import Progress, Record
+from ..models.vector import Vector, add, dot, normalize, scale
 
 COUNT, SUNS = 100_000, 12
 RENDER_WORK = 8  # as long as so many models take

@@ -12,13 +12,13 @@ from typing import NamedTuple
 
 import bpy
 
-from ..scenes.slab import Mean, slab
-from . import materials
-from .comparison import Progress, Record
-from .engines import CYCLES, EEVEE, Engine
-from .measure.profile import edge_width
-from .models import EDGE_WIDTH_25_75, MEDIA, Burley, conversion, plane_albedo
-from .nodes import SUBSURFACE
+from ...scenes.slab import Mean, slab
+from .. import materials
+from ..engines import CYCLES, EEVEE, Engine
+from ..measure.profile import edge_width
+from ..measure.record import Progress, Record
+from ..models import EDGE_WIDTH_25_75, MEDIA, Burley, conversion, plane_albedo
+from ..nodes import SUBSURFACE
 from .robustness import uniform_world
 
 

@@ -1,52 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The five-character comparison as data and pictures: renders, per-character measurements, error maps, records.
+"""The five-character comparison as data and pictures: per-character measurements, error maps, records."""
 
-Other scenes' comparisons share the pictures, the environment and the saved scene.
-"""
-
-import math
-import os
-import platform
-import re
-import time
-import tomllib
 from array import array
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
 
-import bpy
+from ...scenes.five_characters import Character, FiveCharacters
+from ..engines import Engine
+from ..measure import error, picture, render
+from ..measure.record import Progress, Record, known
+from ..models import Lambert, OrenNayar
+from .pictures import PICTURE_WORK, Captions, captions
 
-from bpy_extras.object_utils import world_to_camera_view
-
-from ..scenes.five_characters import Character, FiveCharacters
-from . import engines
-from .engines import Engine
-from .measure import error, picture, render
-from .models import Lambert, OrenNayar
-
-MANIFEST = Path(__file__).resolve().parent.parent / "blender_manifest.toml"
-PICTURE_WORK, MEASUREMENT_WORK = 12.0, 1.0  # about how long each takes, in any unit
-
-type Record = dict[str, Any]  # a line of a results file: names to text, numbers or None
-
-
-class Progress(Protocol):
-    """Somebody who wants to know how far the work is."""
-
-    def step(self, text: str, work: float) -> AbstractContextManager[None]: ...
-
-    def within(self, work: float) -> None: ...
-
-
-@dataclass(frozen=True)
-class Captions:
-    """What stands below a picture: each label and the x around which it is centered [pixels]."""
-
-    labels: list[str]
-    centers: list[float]
+MEASUREMENT_WORK = 1.0  # a twelfth of what a picture takes
 
 
 @dataclass(frozen=True)
@@ -113,59 +80,6 @@ def measure(stage: FiveCharacters, seen: Sequence[Seen], engine: Engine, samples
     return measured
 
 
-@contextmanager
-def _reported(progress: Progress) -> Generator[None]:
-    """Pass on the samples that Blender reports while it renders a picture."""
-
-    def report(text: str, _: object = None) -> None:
-        found = re.search(r"(\d+) ?/ ?(\d+)", text.rpartition("|")[2])
-        if found and int(found[2]):
-            progress.within(PICTURE_WORK * int(found[1]) / int(found[2]))
-
-    bpy.app.handlers.render_stats.append(report)
-    try:
-        yield
-    finally:
-        bpy.app.handlers.render_stats.remove(report)
-
-
-def render_picture(
-    scene: bpy.types.Scene,
-    engine: Engine,
-    samples: int,
-    target: Path,
-    captions: Captions,
-    progress: Progress,
-    denoise: bool = False,
-) -> float:
-    """Render `scene`, write TARGET_ENGINE.exr (linear) and TARGET_ENGINE.png (with captions), return the seconds it took.
-
-    `denoise` lets Cycles do so by OpenImageDenoise.
-    """
-    engines.use(scene, engine, samples)
-    scene.cycles.use_denoising = denoise
-    start = time.perf_counter()
-    with progress.step(f"Rendering  {engine.label}", PICTURE_WORK), _reported(progress):
-        render.render(scene)
-    seconds = time.perf_counter() - start
-    result = bpy.data.images["Render Result"]
-    settings = scene.render.image_settings
-    settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGB", "32"
-    result.save_render(str(target.with_name(f"{target.name}_{engine.key}.exr")), scene=scene)
-    settings.file_format, settings.color_mode, settings.color_depth = "PNG", "RGB", "8"
-    plain = target.with_name(f"plain_{engine.key}.png")
-    result.save_render(str(plain), scene=scene)
-    picture.caption(plain, target.with_name(f"{target.name}_{engine.key}.png"), captions.labels, captions.centers)
-    plain.unlink()
-    return seconds
-
-
-def captions(scene: bpy.types.Scene, subjects: Mapping[str, bpy.types.Object]) -> Captions:
-    """Return the captions of `subjects`, by label."""
-    places = [world_to_camera_view(scene, scene.camera, subject.matrix_world.translation) for subject in subjects.values()]
-    return Captions(list(subjects), [place.x * scene.render.resolution_x for place in places])
-
-
 def five_captions(stage: FiveCharacters) -> Captions:
     """Return the captions of the five characters."""
     return captions(stage.scene, {character.look.label: character.subject for character in stage.characters})
@@ -197,11 +111,6 @@ def write_error_maps(stage: FiveCharacters, measured: Sequence[Measured], folder
 
 def _percent(share: float) -> str:
     return f"{100.0 * share:.2f} %"
-
-
-def known(value: float) -> float | None:
-    """Return `value`, or None, which JSON can hold, for NaN."""
-    return None if math.isnan(value) else value
 
 
 def record(one: Measured, albedo: float) -> Record:
@@ -248,27 +157,3 @@ def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, .
         for r in records
     ]
     return columns, rows
-
-
-def environment(used: Sequence[Engine]) -> dict[str, object]:
-    """Return what the figures depend on besides the options: machine, Blender, devices, versions."""
-    return {
-        "machine": {
-            "system": platform.platform(),
-            "processor": platform.processor() or platform.machine(),
-            "cores": os.cpu_count(),
-        },
-        "true_diffuse": tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"],
-        "blender": bpy.app.version_string,
-        "blender_build": bpy.app.build_hash.decode(errors="replace"),
-        "python": platform.python_version(),
-        "devices": {engine.key: engines.device(engine) for engine in used},
-    }
-
-
-def save_blend(kept: bpy.types.Scene, path: Path) -> None:
-    """Write the scene `kept` as a file to open in Blender, without the empty scene that Blender started with."""
-    for scene in list(bpy.data.scenes):
-        if scene is not kept:
-            bpy.data.scenes.remove(scene)
-    bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, copy=True)

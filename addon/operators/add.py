@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Operators that add a node of ours in the Shader Editor."""
+
+from collections.abc import Mapping
+
+import bpy
+
+from ..materials import Setting, add_group, set_inputs, set_thickness
+from ..nodes import GROUPS, Group
+
+
+class AddsNode(bpy.types.Operator):
+    """What operators share that add a node where the mouse is in the Shader Editor."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        space = context.space_data
+        if space is None or space.type != "NODE_EDITOR" or not isinstance(space.id, bpy.types.Material) or space.edit_tree is None:
+            cls.poll_message_set("Open a material in the Shader Editor")
+            return False
+        if not space.edit_tree.is_editable:
+            cls.poll_message_set("The material is linked from another file")
+            return False
+        return True
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        context.space_data.cursor_location_from_region(event.mouse_region_x, event.mouse_region_y)
+        result = self.execute(context)
+        if result == {"FINISHED"}:
+            bpy.ops.node.translate_attach_remove_on_cancel("INVOKE_DEFAULT")
+        return result
+
+    def add(self, context: bpy.types.Context, group: Group, inputs: Mapping[str, Setting]) -> set[str]:
+        """Add a node that holds `group`, its sockets set to `inputs`; returns what an operator's `execute` does."""
+        tree, added = context.space_data.edit_tree, group.ensure()
+        if added == tree or added.contains_tree(tree):
+            self.report({"ERROR"}, "A group cannot contain itself")
+            return {"CANCELLED"}
+        for node in tree.nodes:
+            node.select = False
+        node = add_group(tree, group)
+        set_inputs(node, inputs)
+        set_thickness(context.space_data.id)
+        node.location = context.space_data.cursor_location
+        tree.nodes.active = node
+        return {"FINISHED"}
+
+
+class TRUE_DIFFUSE_OT_add_group(AddsNode):
+    """Add a True Diffuse node group"""
+
+    bl_idname = "true_diffuse.add_group"
+    bl_label = "Add True Diffuse Group"
+
+    key: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
+        name="Group",
+        description="Node group to add",
+        items=[(group.key, group.label, group.description) for group in GROUPS],
+    )
+
+    @classmethod
+    def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
+        return next(group.description for group in GROUPS if group.key == properties.key)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return self.add(context, next(group for group in GROUPS if group.key == self.key), {})
+
+
+CLASSES = (TRUE_DIFFUSE_OT_add_group,)

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Operators that pick a preset: as a node in the Shader Editor, as a material of objects."""
+
+import bpy
+
+from ..materials import create
+from ..nodes import SUBSURFACE
+from ..presets import PRESETS
+from .add import AddsNode
+
+SHADED = {"MESH", "CURVE", "SURFACE", "META", "FONT"}  # types of objects whose surface is a material's
+
+
+class PicksPreset:
+    """What operators share that offer the presets."""
+
+    key: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
+        name="Preset",
+        description="Material to pick",
+        items=[(preset.key, preset.name, preset.description) for preset in PRESETS.values()],
+    )
+
+    @classmethod
+    def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
+        return PRESETS[properties.key].description
+
+
+class TRUE_DIFFUSE_OT_add_preset(PicksPreset, AddsNode):
+    """Add a Subsurface node of a preset"""
+
+    bl_idname = "true_diffuse.add_preset"
+    bl_label = "Add True Diffuse Preset"
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return self.add(context, SUBSURFACE, PRESETS[self.key].inputs)
+
+
+class TRUE_DIFFUSE_OT_assign_preset(PicksPreset, bpy.types.Operator):
+    """Give the selected objects one new material of a preset, in the place of each one's active material"""
+
+    bl_idname = "true_diffuse.assign_preset"
+    bl_label = "Assign True Diffuse Preset"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        ours, linked = _with_surface(context)
+        if not ours:
+            cls.poll_message_set("The selected objects are linked from other files" if linked else "Select objects with a surface")
+        return bool(ours)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        preset = PRESETS[self.key]
+        ours, linked = _with_surface(context)
+        material = create(preset.name, SUBSURFACE, **preset.inputs)
+        for item in ours:
+            item.active_material = material
+        if linked:
+            self.report({"WARNING"}, f"Linked from other files and left alone: {', '.join(item.name for item in linked)}")
+        return {"FINISHED"}
+
+
+def _with_surface(context: bpy.types.Context) -> tuple[list[bpy.types.Object], list[bpy.types.Object]]:
+    """Return the selected objects that a material can be given to, and those it cannot since they are linked from other files."""
+    shaded = [item for item in context.selected_objects if item.type in SHADED]
+    ours = [item for item in shaded if item.is_editable and item.data.is_editable]
+    return ours, [item for item in shaded if item not in ours]
+
+
+CLASSES = (TRUE_DIFFUSE_OT_add_preset, TRUE_DIFFUSE_OT_assign_preset)
