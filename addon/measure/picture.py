@@ -111,3 +111,23 @@ def heat_map(
     _write_row(image, [title], [width / 2.0], 0.7 * size, 0.8 * size)
     image.compress = 90
     imbuf.write(image, filepath=str(target))
+
+
+def strip(sources: Sequence[Path], target: Path, captions: Sequence[str]) -> None:
+    """Write the pictures `sources`, all of one size, side by side to `target`, a WebP file, `captions` below them."""
+    parts = [imbuf.load(str(source)) for source in sources]
+    width, height = parts[0].size
+    size = max(0.075 * width, 11.0)
+    below = round(STRIP_HEIGHT * size)
+    image = _canvas(width * len(parts), height + below)
+    with image.with_buffer(write=True) as pixels:
+        flat = pixels.cast("B")
+        for place, part in enumerate(parts):
+            with part.with_buffer() as own:
+                rows = own.cast("B")
+                for y in range(height):
+                    start = 4 * ((y + below) * width * len(parts) + place * width)
+                    flat[start : start + 4 * width] = rows[4 * y * width : 4 * (y + 1) * width]
+    _write_row(image, captions, [(place + 0.5) * width for place in range(len(parts))], 0.9 * size, size)
+    image.file_type, image.quality = "WEBP", 88
+    imbuf.write(image, filepath=str(target))

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The manual's pages say what the groups are, and have a picture of every socket that shows."""
+
+import re
+from pathlib import Path
+
+import manual
+import pytest
+from true_diffuse.addon.measure import picture
+from true_diffuse.addon.measure.render import openimageio
+from true_diffuse.addon.nodes import GROUPS, Group
+
+pytestmark = pytest.mark.usefixtures("empty_file")
+
+
+@pytest.mark.parametrize("group", GROUPS, ids=lambda group: group.key)
+def test_page_is_what_the_group_is_now(group: Group) -> None:
+    assert (manual.PAGES / f"{group.key}.md").read_text(encoding="utf-8") == manual.page(group)
+
+
+@pytest.mark.parametrize("group", GROUPS, ids=lambda group: group.key)
+def test_page_has_every_socket_and_its_picture(group: Group) -> None:
+    page = (manual.PAGES / f"{group.key}.md").read_text(encoding="utf-8")
+    assert re.findall(r"^## (.*)$", page, re.MULTILINE) == [socket.name for socket in group.inputs]
+    pictures = re.findall(r"\]\((.*?\.webp)\)", page)
+    assert len(pictures) == len(group.inputs) - 1  # the normal has none
+    assert all((manual.PAGES / name).is_file() for name in pictures)
+
+
+def test_strip_puts_pictures_side_by_side_above_their_captions(tmp_path: Path) -> None:
+    oiio = openimageio()
+    parts = []
+    for name, color in (("red", (1.0, 0.0, 0.0)), ("blue", (0.0, 0.0, 1.0))):
+        flat = oiio.ImageBuf(oiio.ImageSpec(32, 24, 3, "uint8"))
+        oiio.ImageBufAlgo.fill(flat, color)
+        parts.append(tmp_path / f"{name}.png")
+        flat.write(str(parts[-1]))
+    picture.strip(parts, tmp_path / "both.webp", ["a", "b"])
+    both = oiio.ImageBuf(str(tmp_path / "both.webp"))
+    assert both.spec().width == 64 and both.spec().height > 24
+    for x, color in ((16, (1.0, 0.0, 0.0)), (48, (0.0, 0.0, 1.0))):
+        assert both.getpixel(x, 12)[:3] == pytest.approx(color, abs=0.05)  # WebP loses a little
