@@ -19,16 +19,28 @@ class glTF2ExportUserExtension:
 
 
 def register() -> None:
-    from . import operators, ui, usd
+    from . import appended, lamp_watch, operators, preferences, properties, ui, usd
+    from .leave_out import watch
 
+    preferences.register()
+    properties.register()
     operators.register()
     ui.register()
     usd.register()
+    watch.register()
+    lamp_watch.register()
+    appended.register()
 
 
 def unregister() -> None:
-    from . import operators, ui, usd
+    from . import appended, lamp_watch, operators, preferences, properties, ui, usd
+    from .leave_out import watch
 
+    appended.unregister()
+    lamp_watch.unregister()
+    watch.unregister()
     usd.unregister()
     ui.unregister()
     operators.unregister()
+    properties.unregister()
+    preferences.unregister()

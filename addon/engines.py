@@ -30,7 +30,6 @@ def _apply_eevee(scene: bpy.types.Scene, samples: int) -> None:
 def _apply_cycles(scene: bpy.types.Scene, samples: int) -> None:
     scene.cycles.device = "CPU"
     scene.cycles.samples = samples
-    scene.cycles.seed = 0
     scene.cycles.use_adaptive_sampling = False
     scene.cycles.use_denoising = False
 
@@ -40,10 +39,14 @@ CYCLES = Engine("cycles", "Cycles", "CYCLES", _apply_cycles)
 ENGINES = {engine.key: engine for engine in (EEVEE, CYCLES)}
 
 
-def use(scene: bpy.types.Scene, engine: Engine, samples: int) -> None:
-    """Make `scene` render with `engine` and `samples` per pixel, without denoising, reproducibly."""
+def use(scene: bpy.types.Scene, engine: Engine, samples: int, seed: int = 0) -> None:
+    """Make `scene` render with `engine` and `samples` per pixel, without denoising, reproducibly.
+
+    `seed` chooses Cycles' random numbers; EEVEE has none to choose (see `measure.render.radiance`).
+    """
     scene.render.engine = engine.identifier
     engine.apply(scene, samples)
+    scene.cycles.seed = seed
 
 
 def device(engine: Engine) -> str:

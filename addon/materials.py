@@ -76,7 +76,8 @@ def set_thickness(material: bpy.types.Material) -> None:
             material.use_thickness_from_shadow = True
     elif not output.inputs["Thickness"].is_linked:
         thick = tree.nodes.new("ShaderNodeValue")
-        thick.label, thick.location = THICK_LABEL, (output.location.x - 300.0, output.location.y - 250.0)
+        # small, between the output and what feeds its surface
+        thick.label, thick.location, thick.hide = THICK_LABEL, (output.location.x - 170.0, output.location.y - 105.0), True
         thick.outputs[0].default_value, thick.select = THICK, False
         tree.links.new(thick.outputs[0], output.inputs["Thickness"])
 
@@ -109,6 +110,26 @@ def show(material: bpy.types.Material, node: bpy.types.Node) -> None:
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     output.location = (300.0, 0.0)
     tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+
+
+def refusal(material: bpy.types.Material) -> str:
+    """Return why the nodes of `material` cannot be changed for good, empty where they can: overrides do not keep them."""
+    if material.override_library is not None:
+        return "is a library override"
+    return "" if material.is_editable and material.node_tree.is_editable else "is linked from another file"
+
+
+def materials_of(scene: bpy.types.Scene) -> list[bpy.types.Material]:
+    """Return the materials of `scene`'s objects, each once, with those of the collections that it instances."""
+    found: dict[bpy.types.Object, None] = {}
+    waiting = list(reversed(scene.objects))
+    while waiting:
+        item = waiting.pop()
+        if item not in found:
+            found[item] = None
+            waiting += item.instance_collection.all_objects if item.instance_collection else ()
+    slots = (slot for item in found for slot in item.material_slots)
+    return list(dict.fromkeys(slot.material for slot in slots if slot.material))
 
 
 def paint(material: bpy.types.Material, socket: bpy.types.NodeSocket, attribute: str, albedo: float) -> None:

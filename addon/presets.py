@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Materials to pick by name: the measured media and tones of skin, as values of the group Subsurface.
+"""Materials to pick by name: the measured media and tones of skin, as values of the group Subsurface, and rough matter.
 
-Both are known under a surface that sends light back inside, which the group's closures lack (see `models/conversion.py`). A preset
-is the medium without such a surface that looks the same: equal in color and in how far light gets.
+Media and skin are known under a surface that sends light back inside, which the group's closures lack (see
+`models/conversion.py`). A preset is the medium without such a surface that looks the same: in color, and in how far light gets.
 
 - Color: of the light that entered the object, the share that leaves it, below what the surface mirrors. For media it is the diffuse
   reflectance R_d that H. W. Jensen and others print beside their coefficients, for skin that of `models/skin.py`. Without the
@@ -14,6 +14,9 @@ is the medium without such a surface that looks the same: equal in color and in 
   green and blue that deep skin reflects.
 
 The coat's IOR is that of the coefficients' source. Its weight and roughness are chosen by eye: nobody measured them.
+
+Rough matter is Oren-Nayar's model in the group Rough Diffuse. Its colors and sigmas are by eye; the moon's color is that of its
+geometric albedo, 0.12, a little redder than the sun's light.
 """
 
 import math
@@ -26,6 +29,7 @@ from .models.conversion import BEAM
 from .models.dipole import StandardDipole
 from .models.medium import MEDIA, Channel, Medium
 from .models.skin import ETA, TONES, Rgb, Skin
+from .nodes import ROUGH_DIFFUSE, SUBSURFACE, Group
 
 PICTURES = Path(__file__).parent / "previews"
 LEAST_ABSORPTION = 1e-6  # mm^-1; stands for an absorption too small to measure, so that light has an end (Spectralon: R_d 0.999)
@@ -46,22 +50,35 @@ COATS = {
     "Spectralon": (0.0, 0.5),
     "Whole milk": (1.0, 0.1),
 }
+# Name: what it is, Color, Roughness (sigma [radians])
+ROUGH: dict[str, tuple[str, Rgb, float]] = {
+    "Chalk": ("White chalk", (0.86, 0.85, 0.82), 0.4),
+    "Clay": ("Fired clay, unglazed", (0.52, 0.24, 0.13), 0.6),
+    "Plaster": ("Wall plaster", (0.80, 0.78, 0.73), 0.5),
+    "Felt": ("Green felt; the light that single fibers let through at the rim is not in it", (0.04, 0.21, 0.11), 0.75),
+    "Moon": ("The moon's dust, between its seas and highlands", (0.135, 0.12, 0.105), 0.75),
+}
 
 
 @dataclass(frozen=True)
 class Preset:
-    """A material of the group Subsurface: `inputs` by socket name, lengths in mm. `key` is stable; `kind` is its menu's label."""
+    """A material of `group`: `inputs` by socket name, lengths in mm. `key` is stable; `kind` is its menu's label."""
 
     key: str
     name: str
     kind: str
     description: str
+    group: Group
     inputs: Mapping[str, float | tuple[float, ...]]
 
     @property
     def picture(self) -> Path:
-        """The preview, made by scripts/previews.py."""
-        return PICTURES / f"{self.key}.png"
+        return picture(self.key)
+
+
+def picture(key: str) -> Path:
+    """Return the picture of the preset or group `key`, made by scripts/previews.py."""
+    return PICTURES / f"{key}.webp"
 
 
 def _preset(
@@ -76,7 +93,11 @@ def _preset(
         "Roughness": ROUGHNESS,
         "Subsurface": 1.0,
     }
-    return Preset(name.lower().replace(" ", "_"), name, kind, description, inputs)
+    return Preset(_key(name), name, kind, description, SUBSURFACE, inputs)
+
+
+def _key(name: str) -> str:
+    return name.lower().replace(" ", "_")
 
 
 def _mean_free_path(color: float, diffuse_mean_free_path: float) -> float:
@@ -108,5 +129,15 @@ def _of_tone(tone: str, skin: Skin) -> Preset:
     return _preset(f"{tone} Skin", "Skin", description, skin.albedo, (red, green, blue), ETA, SKIN_COAT)
 
 
-_all = (*(_of_tone(tone, skin) for tone, skin in TONES.items()), *map(_of_medium, MEDIA))
+def _rough(name: str, matter: str, color: Rgb, sigma: float) -> Preset:
+    description = f"{matter}. Oren-Nayar with sigma = {sigma:g}; color and sigma are by eye"
+    inputs = {"Color": (*color, 1.0), "Roughness": sigma}
+    return Preset(_key(name), name, "Rough", description, ROUGH_DIFFUSE, inputs)
+
+
+_all = (
+    *(_of_tone(tone, skin) for tone, skin in TONES.items()),
+    *map(_of_medium, MEDIA),
+    *(_rough(name, *values) for name, values in ROUGH.items()),
+)
 PRESETS = {preset.key: preset for preset in _all}

@@ -5,21 +5,17 @@ Whatever its source, the mesh comes out upright (Z up), facing -Y, standing on z
 one material slot and the color attribute ALBEDO_ATTRIBUTE.
 """
 
-import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import bpy
 
 import bmesh
-from mathutils import Matrix
 
-from .human import ALBEDO_ATTRIBUTE, HumanDataMissing, human_mesh
+from .human import HumanDataMissing, human_mesh
+from .subject import WHITE, can_stand, stand
 
-HEIGHT = 1.8  # meters
 MONKEY_COLOR = (0.55, 0.36, 0.22)
-FLAT = 1e-6  # a height of less than this share of the largest extent
-FILE_COLOR = (1.0, 1.0, 1.0)  # a file's character is seen at the albedo asked for
 
 
 class CharacterError(Exception):
@@ -50,23 +46,7 @@ def _monkey() -> bpy.types.Mesh:
     bmesh.ops.subdivide_edges(shape, edges=shape.edges, cuts=2, smooth=1.0, use_grid_fill=True)
     shape.to_mesh(mesh)
     shape.free()
-    return _finish(mesh, MONKEY_COLOR)
-
-
-def _finish(mesh: bpy.types.Mesh, color: tuple[float, float, float]) -> bpy.types.Mesh:
-    """Stand the mesh on the ground at HEIGHT, shade it smooth and give it one color and one slot."""
-    xs, ys, zs = ([vertex.co[axis] for vertex in mesh.vertices] for axis in range(3))
-    size = max(zs) - min(zs)
-    center = (-(min(xs) + max(xs)) / 2, -(min(ys) + max(ys)) / 2, -min(zs))
-    mesh.transform(Matrix.Scale(HEIGHT / size, 4) @ Matrix.Translation(center))
-    mesh.shade_smooth()
-    mesh.materials.clear()
-    mesh.materials.append(None)
-    if taken := mesh.attributes.get(ALBEDO_ATTRIBUTE):
-        mesh.attributes.remove(taken)
-    attribute = mesh.color_attributes.new(ALBEDO_ATTRIBUTE, "FLOAT_COLOR", "POINT")
-    attribute.data.foreach_set("color", (*color, 1.0) * len(mesh.vertices))
-    return mesh
+    return stand(mesh, MONKEY_COLOR)
 
 
 def _import_blend(path: Path) -> None:
@@ -112,10 +92,9 @@ def _from_file(path: Path) -> bpy.types.Mesh:
     _forget(arrived, before, mesh)
     if len(mesh.polygons) == 0:
         raise CharacterError(f"{path} holds no mesh with faces, or is damaged")
-    sizes = [max(values) - min(values) for values in zip(*(vertex.co for vertex in mesh.vertices), strict=True)]
-    if not all(map(math.isfinite, sizes)) or sizes[2] <= FLAT * max(sizes):
+    if not can_stand(mesh):
         raise CharacterError(f"{path} is flat or has vertices at infinity: it cannot stand upright")
-    return _finish(mesh, FILE_COLOR)
+    return stand(mesh, WHITE)
 
 
 def _renderable(collection: bpy.types.LayerCollection) -> Iterator[bpy.types.Object]:

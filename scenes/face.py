@@ -13,8 +13,8 @@ from ..addon import materials
 from ..addon.materials import Setting
 from ..addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
 from ..addon.presets import PRESETS
-from .character import ALBEDO_ATTRIBUTE
 from .human import REGION_ATTRIBUTE, REGIONS
+from .subject import ALBEDO_ATTRIBUTE
 
 # Of the published media and tones the one that fits the paint: its diffuse reflectance is .62 .43 .34, the lightest paint's albedo
 # .64 .40 .29. Its light also goes farthest: 4.8 mm of diffuse mean free path in red.

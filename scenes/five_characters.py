@@ -11,7 +11,7 @@ from mathutils import Matrix, Vector
 from ..addon import materials
 from ..addon.models import Lambert, Model, OrenNayar, Specular
 from ..addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group
-from .character import ALBEDO_ATTRIBUTE
+from .subject import ALBEDO_ATTRIBUTE
 
 SIGMAS = (0.0, 0.2, 0.33)  # the figure's caption; the paper's text says 0.3 for the last
 YAW = math.radians(-22.0)  # characters turn a little away from the key light, so that the shadow side is seen

@@ -26,7 +26,8 @@ from bmesh.types import BMesh, BMFace, BMVert
 from mathutils import Euler, Matrix, Vector, noise
 from mathutils.bvhtree import BVHTree
 
-ALBEDO_ATTRIBUTE = "True Diffuse Albedo"
+from .subject import ALBEDO_ATTRIBUTE
+
 REGION_ATTRIBUTE = "True Diffuse Region"  # of each face: an index into REGIONS
 REGIONS = ("other", "eyes", "other skin", "forehead", "cheeks", "nose", "nostrils", "ears")  # skin from the third on
 ARM_LAYER = "arm"  # of the parts in the making: +1 on the left arm, -1 on the right, 0 elsewhere

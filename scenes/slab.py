@@ -181,12 +181,13 @@ class Slab:
         return length * MM / self.scale_length
 
 
-def slab(cell: float, columns: int = 1, rows: int = 1, scale_length: float = 1.0) -> Slab:
+def slab(cell: float, columns: int = 1, rows: int = 1, scale_length: float = 1.0, scene: bpy.types.Scene | None = None) -> Slab:
     """Return a slab with `columns` times `rows` cells that are `cell` mm wide, as thick as one, where a unit is `scale_length` m.
 
     A cell that is 100 mean free paths wide is a half-space, to scattered light. There are at least as many columns as rows.
+    Camera and size of picture are `scene`'s, the current one's where none is given.
     """
-    scene = bpy.context.scene
+    scene = scene or bpy.context.scene
     mesh = bpy.data.meshes.new("Slab")
     body = bpy.data.objects.new("Slab", mesh)
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))

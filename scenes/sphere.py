@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import bpy
 
+import bmesh
 from mathutils import Vector
 
 from ..addon import engines, materials
@@ -75,13 +76,20 @@ class SphereUnderSun:
         return seconds, error.difference(eevee, cycles, (i for i, good in enumerate(surface.measurable) if good))
 
 
-def sphere_under_sun(size: int) -> SphereUnderSun:
-    """A smooth unit sphere filling a picture of `size` pixels, 8 m from the camera, lit by a sun of irradiance pi."""
-    scene = bpy.context.scene
+def sphere_under_sun(size: int, scene: bpy.types.Scene | None = None) -> SphereUnderSun:
+    """A smooth unit sphere filling a picture of `size` pixels, 8 m from the camera, lit by a sun of irradiance pi.
+
+    All is put into `scene`, the current one where none is given.
+    """
+    scene = scene or bpy.context.scene
     scene.render.resolution_x = scene.render.resolution_y = size
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=128, ring_count=64, radius=1.0)
-    sphere = bpy.context.object
-    sphere.data.shade_smooth()
+    mesh = bpy.data.meshes.new("Sphere")
+    ball = bmesh.new()
+    bmesh.ops.create_uvsphere(ball, u_segments=128, v_segments=64, radius=1.0)
+    ball.to_mesh(mesh)
+    ball.free()
+    mesh.shade_smooth()
+    sphere = bpy.data.objects.new("Sphere", mesh)
     plain, diffuse = materials.create_plain("Plain")
     diffuse.inputs["Color"].default_value = COLOR
     sphere.data.materials.append(plain)
@@ -91,7 +99,7 @@ def sphere_under_sun(size: int) -> SphereUnderSun:
     camera.rotation_euler = (math.pi / 2, 0.0, 0.0)
     sun = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
     sun.data.energy = math.pi
-    for item in (camera, sun):
+    for item in (sphere, camera, sun):
         scene.collection.objects.link(item)
     scene.camera = camera
     scene.view_layers[0].update()

@@ -163,6 +163,17 @@ def usd(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list
     return found
 
 
+def leave_out(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
+    """Hold what Simplify leaves of four scenes against the whole: the picture, nodes, closures, first and later renders."""
+    from true_diffuse.addon import usd as usd_files
+    from true_diffuse.addon.studies import leave_out as study
+
+    usd_files.register()
+    with tempfile.TemporaryDirectory() as folder:
+        work, measure = study.work(engines), partial(study.records, partial(load_character, "human"), engines, Path(folder))
+        return told(terminal, work, measure, "What leaving out saves, before -> after", study.table)
+
+
 def check_usd(file: Path) -> list["Record"]:
     """Return what check_usd.py finds, in a process without Blender's copies of OpenUSD and MaterialX."""
     command = [sys.executable, str(Path(__file__).with_name("check_usd.py")), "--json", str(file)]
@@ -182,6 +193,7 @@ MEASURES: dict[str, Measure] = {
     "extremes": extremes,
     "subsurface": subsurface,
     "usd": usd,
+    "leave-out": leave_out,
 }
 
 

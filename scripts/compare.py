@@ -10,7 +10,7 @@ blender -b --python scripts/compare.py -- [OPTIONS]
 
 import math
 import sys
-from argparse import ArgumentTypeError
+from argparse import ArgumentTypeError, BooleanOptionalAction
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -24,21 +24,36 @@ from frame import ENGINE_KEYS, engine_list, load_character, run_script, sample_c
 from outputs import Staging
 
 if TYPE_CHECKING:
+    import bpy
+
     from true_diffuse.addon.engines import Engine
+    from true_diffuse.addon.leave_out.simplify import Finding
+    from true_diffuse.addon.measure.record import Record
+    from true_diffuse.addon.tolerance import Choice
+    from true_diffuse.scenes.five_characters import FiveCharacters
+
+REPORT = Path("report/report.json")
+LEAVE_OUT = {"leave_out": True}  # searchlight builds its scene anew for every ring
 
 
 @dataclass(frozen=True)
 class Options:
-    """What the user asked for; `samples` is None for each engine's default."""
+    """What the user asked for; `samples` is None for each engine's default.
+
+    `error` is the tolerance, a share of 1, that mode and samples are picked for by the `report`; both None where they are not.
+    """
 
     scene: str
     engines: tuple[str, ...]
     resolution: tuple[int, int]
     samples: int | None
+    error: float | None
+    report: Path | None
     character: str
     sigmas: tuple[float, ...]
     albedo: float
     full_figure: bool
+    leave_out: bool
     out: Path
     save_blend: bool
 
@@ -69,6 +84,19 @@ def parse(arguments: list[str]) -> Options:
     parser.add_argument("--resolution", type=_resolution, metavar="WxH", help=f"pixels (default: {_defaults(_size)})")
     parser.add_argument("--samples", type=sample_count, metavar="N", help=f"samples per pixel (default: {_defaults(_samples)})")
     parser.add_argument(
+        "--error",
+        type=_tolerance,
+        metavar="PERCENT",
+        help='five: in place of --samples: the error to stay below, as "2%%" or 2; the cheapest mode and samples are picked for it',
+    )
+    parser.add_argument(
+        "--report",
+        type=Path,
+        default=REPORT,
+        metavar="FILE",
+        help=f"report of scripts/report.py on this machine to pick from (default: {REPORT})",
+    )
+    parser.add_argument(
         "--character",
         metavar="WHO",
         help="human, monkey, or a .blend, .usd, .usda, .usdc, .usdz, .glb, .gltf or .obj file (default: human)",
@@ -78,11 +106,19 @@ def parse(arguments: list[str]) -> Options:
     parser.add_argument(
         "--full-figure", action="store_const", const=True, help="five: show the human from head to toe instead of as a bust"
     )
+    parser.add_argument(
+        "--leave-out",
+        action=BooleanOptionalAction,
+        help="five, face: give each engine the least of every material that renders the same picture (default: on)",
+    )
     parser.add_argument("--out", type=Path, default=Path("comparison"), metavar="DIR", help="folder to write (default: comparison)")
     parser.add_argument("--save-blend", action="store_true", help="also write SCENE.blend, the scene to open in Blender")
     got = parser.parse_args(arguments)
     scene = SCENES[got.scene]
-    special = {"character": got.character, "sigma": got.sigma, "albedo": got.albedo, "full_figure": got.full_figure}
+    if got.error is not None and got.samples is not None:
+        parser.error("--error picks the samples: leave out --samples")
+    names = ("character", "sigma", "albedo", "full_figure", "error", "leave_out")
+    special = {name: getattr(got, name) for name in names}
     for name, value in special.items():
         if value is not None and name not in scene.knows:
             parser.error(f"--scene {got.scene} has no option --{name.replace('_', '-')}")
@@ -92,10 +128,13 @@ def parse(arguments: list[str]) -> Options:
         engines=got.engine,
         resolution=got.resolution or scene.resolution,
         samples=got.samples,
+        error=special["error"],
+        report=got.report if special["error"] else None,
         character=special["character"],
         sigmas=special["sigma"],
         albedo=special["albedo"],
         full_figure=special["full_figure"],
+        leave_out=special["leave_out"],
         out=got.out,
         save_blend=got.save_blend,
     )
@@ -141,6 +180,16 @@ def _sigmas(text: str) -> tuple[float, ...]:
     return values
 
 
+def _tolerance(text: str) -> float:
+    import checkout  # noqa: F401 - makes this checkout the package true_diffuse
+    from true_diffuse.addon.tolerance import parse_percent
+
+    try:
+        return parse_percent(text)
+    except ValueError:
+        raise ArgumentTypeError(f"{text!r} is not a percentage above 0 and up to 100") from None
+
+
 def _albedo(text: str) -> float:
     value = _number(text)
     if not 0.0 <= value <= 1.0:
@@ -171,6 +220,7 @@ def compare_five(options: Options, chosen: list["Engine"], staging: Staging, ter
     from true_diffuse.addon.studies import five, pictures
     from true_diffuse.scenes import five_characters
 
+    choices = _pick(options, chosen, terminal)
     mesh = load_character(options.character)
     bust = options.character == "human" and not options.full_figure
     stage = five_characters.build(mesh, options.albedo, bust, options.resolution, options.sigmas)
@@ -179,18 +229,93 @@ def compare_five(options: Options, chosen: list["Engine"], staging: Staging, ter
     captions = five.five_captions(stage)
     with terminal.progress(five.work(stage, len(chosen))) as progress:
         seen = five.surfaces(stage, progress)
-        measured = []
+        measured, left_out = [], {}
         for engine in chosen:
-            samples = _samples_of(options, engine)
+            samples = _use(choices[engine.key], stage) if choices else _samples_of(options, engine)
+            left_out[engine.label] = _leave_out(options, stage.scene, engine, samples)
             pictures.render_picture(stage.scene, engine, samples, folder / "five", captions, progress)
             measured += five.measure(stage, seen, engine, samples, progress)
     five.write_error_maps(stage, measured, folder)
     records = [five.record(one, options.albedo) for one in measured]
+    _tell_left_out(left_out, terminal)
     if options.save_blend:
         pictures.save_blend(stage.scene, folder / "five.blend")
-    written = publish(options, chosen, staging, {"records": records})
+    got = _got(options, choices, records, terminal)
+    written = publish(options, chosen, staging, {"records": records} | ({"choices": got} if got else {}))
     terminal.table("Error against the analytic model, key light alone", *five.table(records))
     return written
+
+
+def _pick(options: Options, chosen: list["Engine"], terminal: Terminal) -> dict[str, "Choice"]:
+    """Return mode and samples for each engine by its key, having said what they are; nothing where no error was asked for."""
+    from true_diffuse.addon import tolerance
+    from true_diffuse.addon.studies.environment import environment
+
+    if options.error is None or options.report is None:
+        return {}
+    try:
+        report = tolerance.read_report(options.report, environment([]))
+        roughest = max(options.sigmas)
+        choices = {
+            engine.key: tolerance.choose(report, "five", engine.key, "Oren-Nayar", options.error, roughness=roughest)
+            for engine in chosen
+        }
+    except tolerance.Unmet as error:
+        raise BadInput(str(error)) from error
+    for choice in choices.values():
+        terminal.say(f"For {tolerance.percent(options.error)} {tolerance.told(choice)}")
+    terminal.say("Standard specular has no mode and does not count")
+    return choices
+
+
+def _use(choice: "Choice", stage: "FiveCharacters") -> int:
+    """Set the characters' mode to what was picked; returns the samples."""
+    from true_diffuse.addon.nodes import ROUGH_DIFFUSE, lamps
+
+    for character in stage.characters:
+        if character.look.group is ROUGH_DIFFUSE:
+            tree = character.subject.material_slots[0].material.node_tree
+            tree.nodes[ROUGH_DIFFUSE.name].inputs["Mode"].default_value = choice.mode
+    lamps.choose([stage.key])
+    stage.scene.cycles.shading_system = choice.osl
+    return choice.samples
+
+
+def _got(
+    options: Options, choices: Mapping[str, "Choice"], records: list["Record"], terminal: Terminal
+) -> dict[str, dict[str, object]]:
+    """Return what was picked and what came of it, by engine, and say so: the largest error of the rough characters."""
+    from true_diffuse.addon.tolerance import percent
+
+    found = {}
+    for key, choice in choices.items():
+        errors = [record["rms_error"] for record in records if record["engine"] == key and record["model"] != "Specular"]
+        measured = max((error for error in errors if error is not None), default=None)
+        met = None if measured is None or options.error is None else measured <= options.error
+        found[key] = {"asked": options.error, **asdict(choice), "measured_error": measured, "met": met}
+        if measured is not None:
+            verdict = "as asked" if met else "more than asked"
+            terminal.say(f"{key}: {percent(measured)} from the models measured under the key light, {verdict}")
+    return found
+
+
+def _leave_out(options: Options, scene: "bpy.types.Scene", engine: "Engine", samples: int) -> list["Finding"]:
+    """Have the materials of `scene` render by the least that `engine` needs, unless told not to; returns what was found."""
+    from true_diffuse.addon import engines
+    from true_diffuse.addon.leave_out.simplify import simplify
+
+    engines.use(scene, engine, samples)
+    return simplify() if options.leave_out else []
+
+
+def _tell_left_out(found: Mapping[str, list["Finding"]], terminal: Terminal) -> None:
+    """Restore the materials, and say what was left out of them, by engine."""
+    from true_diffuse.addon.leave_out.simplify import COLUMNS, restore, rows
+
+    restore()
+    for label, findings in found.items():
+        if findings:
+            terminal.table(f"Left out for {label}", COLUMNS, rows(findings))
 
 
 def compare_face(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
@@ -202,16 +327,18 @@ def compare_face(options: Options, chosen: list["Engine"], staging: Staging, ter
     stage = face.build(load_character(options.character), options.character == "human", options.resolution)
     folder = staging.folder
     captions = study.captions(stage)
-    rendered, measured = [], []
+    rendered, measured, left_out = [], [], {}
     with terminal.progress(study.work(stage, chosen)) as progress:
         seen = study.surfaces(stage, progress)
         for engine in chosen:
             samples = _samples_of(options, engine)
+            left_out[engine.label] = _leave_out(options, stage.scene, engine, samples)
             denoise = engine.key == "cycles"
             seconds = pictures.render_picture(stage.scene, engine, samples, folder / "face", captions, progress, denoise)
             rendered.append({"engine": engine.key, "samples": samples, "denoised": denoise, "render_seconds": seconds})
             measured += study.measure(stage, engine, samples, progress)
     records = study.records(seen, measured)
+    _tell_left_out(left_out, terminal)
     if options.save_blend:
         pictures.save_blend(stage.scene, folder / "face.blend")
     written = publish(options, chosen, staging, {"records": records, "pictures": rendered})
@@ -239,13 +366,13 @@ SCENES = {
         compare=compare_five,
         resolution=(1280, 480),
         samples={"eevee": 16, "cycles": 32},
-        knows={"character": "human", "sigma": (0.0, 0.2, 0.33), "albedo": 0.8, "full_figure": False},
+        knows={"character": "human", "sigma": (0.0, 0.2, 0.33), "albedo": 0.8, "full_figure": False, "error": None} | LEAVE_OUT,
     ),
     "face": Scene(
         compare=compare_face,
         resolution=(1200, 480),
         samples={"eevee": 32, "cycles": 20},
-        knows={"character": "human"},
+        knows={"character": "human"} | LEAVE_OUT,
     ),
     "searchlight": Scene(
         compare=compare_searchlight,

@@ -39,8 +39,8 @@ def script_arguments() -> list[str]:
     return sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
 
 
-def stop_cleanly(clean: Callable[[], None]) -> None:
-    """From now on let an interrupt (Ctrl-C) or a request to end run `clean` and end the process at once.
+def stop_cleanly(clean: Callable[[], None], left: str) -> None:
+    """From now on let an interrupt (Ctrl-C) or a request to end run `clean`, say what is `left`, and end the process at once.
 
     Python's own handlers would wait until Blender's render is done, so a thread waits for the signals. Where a system cannot block
     signals (Windows), an interrupt takes effect after the render.
@@ -55,7 +55,7 @@ def stop_cleanly(clean: Callable[[], None]) -> None:
         number = signal.sigwait(signals)
         clean()
         show_cursor = "\033[?25h" if os.isatty(terminal) else ""
-        os.write(terminal, f"{show_cursor}\n{Path(sys.argv[0]).name}: stopped, nothing written\n".encode())
+        os.write(terminal, f"{show_cursor}\n{Path(sys.argv[0]).name}: stopped, {left}\n".encode())
         os._exit(128 + number)
 
     threading.Thread(target=wait, daemon=True).start()

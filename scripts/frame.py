@@ -40,11 +40,14 @@ def sample_count(text: str) -> int:
     return int(text)
 
 
-def run_script(prog: str, folder: Path, work: Callable[[Staging, Terminal], None]) -> int:
-    """Do `work` in a terminal, its files staged for `folder`; return the exit status, having said what went wrong if so."""
+def run_script(prog: str, folder: Path, work: Callable[[Staging, Terminal], None], left: str = "nothing written") -> int:
+    """Do `work` in a terminal, its files staged for `folder`; return the exit status, having said what went wrong if so.
+
+    `left` is what an interrupt leaves, in words.
+    """
     try:
         with Staging(folder) as staging:
-            stop_cleanly(staging.discard)
+            stop_cleanly(staging.discard, left)
             with BestTerminal() as terminal:
                 work(staging, terminal)
     except BadInput as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders the small pictures of the presets that the menus show, with Cycles on the CPU.
+"""Renders the pictures of the presets and groups that menus and asset library show, with Cycles on the CPU.
 
 uv run scripts/previews.py [OPTIONS]
 blender -b --python scripts/previews.py -- [OPTIONS]
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     import bpy
 
 PICTURES = Path(__file__).resolve().parent.parent / "addon" / "previews"
-SIZE = 80  # pixels
+SIZE = 128  # pixels: what the Asset Browser keeps
+QUALITY = 85  # of WebP, in percent: some 3 kB each
 HEIGHT = 0.03  # m, of a monkey: ears of 2 mm, where millimetres show
 VOXEL = 0.012  # heights
 # Place [heights from the middle], size [heights], radiance of a white surface in the middle that faces it
@@ -42,23 +43,25 @@ def main() -> int:
 
 
 def previews(samples: int, out: Path, staging: Staging, terminal: Terminal) -> None:
-    """Render a picture of every preset into `staging`, then publish them."""
+    """Render a picture of every preset and group into `staging`, then publish them."""
     start_blender(("cycles",), terminal)
     import bpy
 
     from true_diffuse.addon import engines, materials
-    from true_diffuse.addon.nodes import SUBSURFACE
-    from true_diffuse.addon.presets import PRESETS
+    from true_diffuse.addon.nodes import GROUPS
+    from true_diffuse.addon.presets import PRESETS, picture
 
     scene = bpy.context.scene
     subject = build(scene)
     engines.use(scene, engines.CYCLES, samples)
     scene.cycles.use_denoising = True
-    with terminal.progress(len(PRESETS)) as progress:
-        for key, preset in PRESETS.items():
-            with progress.step(preset.name, 1.0):
-                subject.active_material = materials.create(preset.name, SUBSURFACE, **preset.inputs)
-                scene.render.filepath = str(staging.folder / f"{key}.png")
+    subjects = [(preset.key, preset.group, preset.inputs) for preset in PRESETS.values()]
+    subjects += [(group.key, group, {}) for group in GROUPS]
+    with terminal.progress(len(subjects)) as progress:
+        for key, group, inputs in subjects:
+            with progress.step(key, 1.0):
+                subject.active_material = materials.create(key, group, **inputs)
+                scene.render.filepath = str(staging.folder / picture(key).name)
                 bpy.ops.render.render(write_still=True)
     written = staging.publish()
     size = sum((out / name).stat().st_size for name in written)
@@ -71,13 +74,14 @@ def build(scene: "bpy.types.Scene") -> "bpy.types.Object":
 
     from mathutils import Vector
     from true_diffuse.scenes import character
+    from true_diffuse.scenes.subject import HEIGHT as UPRIGHT
 
     subject = bpy.data.objects.new("Subject", character.load("monkey"))
-    subject.scale = (HEIGHT / character.HEIGHT,) * 3
+    subject.scale = (HEIGHT / UPRIGHT,) * 3
     subject.rotation_euler.z = math.radians(-25.0)
     # One closed surface: light would meet the eyeballs inside the head.
     remesh = subject.modifiers.new("Remesh", "REMESH")
-    remesh.voxel_size, remesh.use_smooth_shade = VOXEL * character.HEIGHT, True
+    remesh.voxel_size, remesh.use_smooth_shade = VOXEL * UPRIGHT, True
     scene.collection.objects.link(subject)
     middle = HEIGHT * Vector((0.09, 0.0, 0.5))
 
@@ -106,8 +110,9 @@ def build(scene: "bpy.types.Scene") -> "bpy.types.Object":
     for name in dir(scene.render):
         if name.startswith("use_stamp_"):  # date, times and paths, which a PNG holds too
             setattr(scene.render, name, False)
+    scene.render.image_settings.file_format = "WEBP"
     scene.render.image_settings.color_mode = "RGBA"
-    scene.render.image_settings.compression = 100
+    scene.render.image_settings.quality = QUALITY
     scene.view_settings.view_transform = "Khronos PBR Neutral"
     return subject
 

@@ -3,6 +3,7 @@
 
 import os
 import tempfile
+from collections.abc import Iterator
 
 import pytest
 
@@ -19,6 +20,19 @@ def empty_file() -> None:
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+@pytest.fixture
+def registered() -> Iterator[None]:
+    """Start from a file with nothing in it, with the extension enabled."""
+    import bpy
+
+    import true_diffuse
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    true_diffuse.register()
+    yield
+    true_diffuse.unregister()
 
 
 @pytest.fixture(scope="session")

@@ -19,7 +19,7 @@ from true_diffuse.addon import glTF2ExportUserExtension, materials, models, pres
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 from true_diffuse.addon.nodes.rough_diffuse import MODES
 from true_diffuse.addon.nodes.rough_models import KINDS
-from true_diffuse.addon.usd import hook, nearest, report
+from true_diffuse.addon.usd import materialx, nearest, report
 from true_diffuse.addon.usd.read import group_node, plain
 
 SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
@@ -455,7 +455,7 @@ def test_a_failure_leaves_the_export_and_says_so(kind: object, tmp_path: Path, m
             UsdShade.Material(Usd.Prim()).CreateSurfaceOutput()
         raise kind("no\nuse")
 
-    monkeypatch.setattr(hook.materialx, "network", fail)
+    monkeypatch.setattr(materialx, "network", fail)
     show(rough("EON"))
     seen = inspect(export(tmp_path / "one.usda"))["materials"]
     assert seen["EON_0_4"]["group"] is None

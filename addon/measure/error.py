@@ -60,19 +60,25 @@ class Errors:
     luminance_over_lambert: float
 
 
+def directions(surface: Surface, pixel: int, camera: Vector) -> tuple[Vector, Vector]:
+    """Return N and V of a measurable pixel, seen from `camera` (a point [m])."""
+    normal, position, i = surface.normal, surface.position, 3 * pixel
+    n = normalize((normal[i], normal[i + 1], normal[i + 2]))
+    return n, normalize((camera[0] - position[i], camera[1] - position[i + 1], camera[2] - position[i + 2]))
+
+
 def analytic(surface: Surface, models: Sequence[Model], camera: Vector, light: Light) -> list[Analytic]:
     """Return what each of `models` says of `surface`, seen from `camera` (a point [m]) under `light`
     alone, all for the same pixels."""
     pixels = array("l")
     radiances = [array("f") for _ in models]
-    position, normal, albedo = surface.position, surface.normal, surface.albedo
+    albedo = surface.albedo
     l, irradiance = light.direction, light.irradiance
     for pixel, measurable in enumerate(surface.measurable):
         if not measurable:
             continue
         i = 3 * pixel
-        n = normalize((normal[i], normal[i + 1], normal[i + 2]))
-        v = normalize((camera[0] - position[i], camera[1] - position[i + 1], camera[2] - position[i + 2]))
+        n, v = directions(surface, pixel, camera)
         if dot(n, l) <= 0.0 or dot(n, v) <= 0.0:
             continue
         pixels.append(pixel)

@@ -12,19 +12,19 @@ VIEWS = range(15, 90, 10)  # degrees from the normal
 ORDER = 16  # points in each of the four panels; against 32 the errors change by less than 1e-4
 
 
-def lobe_error(approximate: Model, exact: Model) -> float:
+def lobe_error(approximate: Model, exact: Model, order: int = ORDER) -> float:
     """Return the mean over VIEWS of the relative RMS over the hemisphere of L (uniform in solid angle): a share of 1."""
-    return sum(_relative_rms(approximate, exact, math.cos(math.radians(view))) for view in VIEWS) / len(VIEWS)
+    return sum(_relative_rms(approximate, exact, math.cos(math.radians(view)), order) for view in VIEWS) / len(VIEWS)
 
 
-def _relative_rms(approximate: Model, exact: Model, mu_o: float) -> float:
+def _relative_rms(approximate: Model, exact: Model, mu_o: float, order: int) -> float:
     v = from_polar(mu_o, 0.0)
 
     def squared(value: Callable[[Vector], float]) -> float:
         def ring(mu: float) -> float:
-            return integrate(lambda azimuth: value(from_polar(mu, azimuth)) ** 2, (0.0, math.pi / 2, math.pi), ORDER)
+            return integrate(lambda azimuth: value(from_polar(mu, azimuth)) ** 2, (0.0, math.pi / 2, math.pi), order)
 
-        return integrate(ring, (0.0, mu_o, 1.0), ORDER)
+        return integrate(ring, (0.0, mu_o, 1.0), order)
 
     def shown(l: Vector) -> float:
         return exact.radiance(NORMAL, l, v, 1.0)

@@ -7,7 +7,8 @@ import time
 from array import array
 from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from types import ModuleType
 
@@ -54,6 +55,26 @@ def region_of(scene: bpy.types.Scene, subject: bpy.types.Object) -> Region:
     return Region(left, bottom, right - left, top - bottom)
 
 
+def crop(scene: bpy.types.Scene, region: Region) -> None:
+    """Make `scene` render `region` of its frame alone."""
+    settings = scene.render
+    settings.use_border = settings.use_crop_to_border = True
+    # Blender keeps the border as shares of the frame in 32-bit floats and cuts them down to pixels: aim past the pixel's edge.
+    left, bottom = region.x + 0.25, region.y + 0.25
+    settings.border_min_x, settings.border_max_x = left / settings.resolution_x, (left + region.width) / settings.resolution_x
+    settings.border_min_y, settings.border_max_y = bottom / settings.resolution_y, (bottom + region.height) / settings.resolution_y
+
+
+def cropped(scene: bpy.types.Scene) -> Region:
+    """Return the region of its frame that `scene` renders."""
+    settings = scene.render
+    width, height = settings.resolution_x, settings.resolution_y
+    if not settings.use_border:
+        return Region(0, 0, width, height)
+    x, y = math.floor(settings.border_min_x * width), math.floor(settings.border_min_y * height)
+    return Region(x, y, math.floor(settings.border_max_x * width) - x, math.floor(settings.border_max_y * height) - y)
+
+
 @contextmanager
 def measurement_scene(
     source: bpy.types.Scene, subject: bpy.types.Object, *lamps: bpy.types.Object, shadows: bool = False
@@ -72,12 +93,7 @@ def measurement_scene(
     settings = scene.render
     settings.resolution_x, settings.resolution_y = source.render.resolution_x, source.render.resolution_y
     settings.resolution_percentage = 100
-    region = region_of(scene, subject)
-    settings.use_border = settings.use_crop_to_border = True
-    # Blender keeps the border as shares of the frame in 32-bit floats and cuts them down to pixels: aim past the pixel's edge.
-    left, bottom = region.x + 0.25, region.y + 0.25
-    settings.border_min_x, settings.border_max_x = left / settings.resolution_x, (left + region.width) / settings.resolution_x
-    settings.border_min_y, settings.border_max_y = bottom / settings.resolution_y, (bottom + region.height) / settings.resolution_y
+    crop(scene, region_of(scene, subject))
     settings.film_transparent = True
     settings.filter_size = 0.0
     scene.cycles.pixel_filter_type = "BLACKMAN_HARRIS"  # the width of BOX cannot be set
@@ -87,9 +103,6 @@ def measurement_scene(
     scene.cycles.light_sampling_threshold = 0.0  # else dim light is dropped at random
     scene.eevee.use_shadows = shadows
     scene.eevee.use_raytracing = False
-    settings.image_settings.media_type = "MULTI_LAYER_IMAGE"
-    settings.image_settings.file_format = "OPEN_EXR_MULTILAYER"
-    settings.image_settings.color_depth = "32"
     try:
         yield scene
     finally:
@@ -144,6 +157,8 @@ def _render(scene: bpy.types.Scene) -> tuple[float, dict[str, array[float]]]:
     with tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder:
         path = Path(folder) / "measurement.exr"
         scene.render.filepath = str(path)
+        image = scene.render.image_settings
+        image.media_type, image.file_format, image.color_depth = "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER", "32"
         start = time.perf_counter()
         render(scene, write_still=True)
         seconds = time.perf_counter() - start
@@ -178,11 +193,35 @@ def surface(scene: bpy.types.Scene, plain: bpy.types.Material) -> Surface:
     return Surface(_interleave(center, "Normal", "XYZ"), _interleave(center, "Position", "XYZ"), albedo, measurable)
 
 
-def radiance(scene: bpy.types.Scene, engine: engines.Engine, samples: int) -> tuple[float, array[float]]:
-    """Return the seconds that the render of a measurement scene took, and its linear RGB radiance [W/(m^2 sr)]."""
-    engines.use(scene, engine, samples)
+def radiance(scene: bpy.types.Scene, engine: engines.Engine, samples: int, seed: int = 0) -> tuple[float, array[float]]:
+    """Return the seconds that the render of a measurement scene took, and its linear RGB radiance [W/(m^2 sr)].
+
+    `seed`, 0 or more, gives the noise another pattern. EEVEE's goes by a pixel's place in the picture, so the picture gets so many
+    pixels more at the left, which are cut off again. Raises ValueError where EEVEE's frame has no room for them.
+    """
+    engines.use(scene, engine, samples, seed)
+    region, more = cropped(scene), seed if engine is engines.EEVEE else 0
+    if more > region.x:
+        raise ValueError(f"a seed of {seed} needs as many pixels of the frame left of what is rendered, not {region.x}")
+    if more:
+        crop(scene, replace(region, x=region.x - more, width=region.width + more))
     seconds, channels = _render(scene)
-    return seconds, _interleave(channels, "Combined", "RGB")
+    rgb = _interleave(channels, "Combined", "RGB")
+    if more:
+        crop(scene, region)
+        wide = 3 * (region.width + more)
+        rgb = array("f", chain.from_iterable(rgb[row + 3 * more : row + wide] for row in range(0, len(rgb), wide)))
+    return seconds, rgb
+
+
+def mean_albedo(scene: bpy.types.Scene, samples: int) -> array[float]:
+    """Return the red albedo of every pixel of any scene's picture, rows from the top, as the pixel filter mixes it by Cycles."""
+    engines.use(scene, engines.CYCLES, samples)
+    layer = scene.view_layers[0]
+    layer.use_pass_diffuse_color = True
+    _, channels = _render(scene)
+    layer.use_pass_diffuse_color = False
+    return _interleave(channels, "Diffuse Color", "R")
 
 
 def light_of(sun: bpy.types.Object) -> Light:

@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Node groups written as arithmetic: a `Graph` fills a shader node tree, its `Value`s are sockets that know + - * / and more.
 
-Plain Python numbers stay numbers as long as they meet only numbers: + - * / of them makes no node.
+Plain Python numbers stay numbers as long as they meet only numbers: + - * / of them makes no node. `leave_out.folding` has a Graph
+for one use of a group, in which more than that is known ahead.
 """
 
+import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import bpy
 
+from ..marks import AS_BUILT, LEAST_FOR, STAMP
 from ..osl import compile_osl
 
-STAMP = "true_diffuse"  # custom property that marks a tree as ours: "key/version"
 # Layout in the node editor's units: the width of a column, and what a node and each of its input sockets take of its height.
 COLUMN, NODE_HEIGHT, SOCKET_HEIGHT = 220.0, 130.0, 24.0
 LONGEST = 1e18  # of a vector: its square is still finite in 32-bit floats
@@ -85,11 +87,13 @@ class Group:
             if socket.kind == "NodeSocketMenu":
                 tree.interface.items_tree[socket.name].default_value = socket.default
         graph.arrange()
+        tree[AS_BUILT] = fingerprint(tree)
         return tree
 
     def trees(self, linked: bool = False) -> list[bpy.types.ShaderNodeTree]:
         """Return this group's trees in the current file, its own or those `linked` from others; appended ones come beside."""
-        return [tree for tree in bpy.data.node_groups if tree.get(STAMP) == self.stamp and (tree.library is not None) == linked]
+        whole = (tree for tree in bpy.data.node_groups if tree.get(STAMP) == self.stamp and LEAST_FOR not in tree)
+        return [tree for tree in whole if (tree.library is not None) == linked]
 
     def rebuild(self, build: Callable[["Graph"], Mapping[str, "Value"]]) -> None:
         """Fill all of this group's own trees in the current file anew, by a `build` with the same outputs: all users follow."""
@@ -100,6 +104,23 @@ class Group:
             graph = Graph(tree)
             graph.end(build(graph))
             graph.arrange()
+            tree[AS_BUILT] = fingerprint(tree)
+
+
+def fingerprint(tree: bpy.types.ShaderNodeTree) -> str:
+    """Return what tells whether somebody has changed the nodes of `tree`: a hash of their kinds, operations, values and links."""
+    seen = hashlib.sha256()
+    for node in tree.nodes:
+        inner = getattr(node, "node_tree", None)
+        choices = [getattr(node, name, "") for name in ("operation", "data_type", "distribution", "falloff", "mute")]
+        seen.update(repr((node.name, node.bl_idname, choices, inner.get(STAMP) if inner else None)).encode())
+        for socket in node.inputs:
+            value = getattr(socket, "default_value", None)
+            seen.update(repr(value if value is None or isinstance(value, (str, int, float)) else tuple(value)).encode())
+    for link in tree.links:
+        ends = link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier
+        seen.update(repr(ends).encode())
+    return seen.hexdigest()
 
 
 def stamp_of(node: bpy.types.Node) -> tuple[str, str]:
@@ -180,6 +201,21 @@ class Graph:
             setattr(node, name, value)
         return node
 
+    def node(self, kind: str, inputs: Mapping[int | str, Operand], output: int | str = 0, **properties: object) -> Value:
+        """Return an output of a new node of the given bl_idname, its inputs and properties set; both by name or place."""
+        node = self.add(kind, **properties)
+        for place, value in inputs.items():
+            self.link(value, node.inputs[place])
+        return Value(self, node.outputs[output])
+
+    def negligible(self, value: Operand) -> bool:
+        """Return whether a value is known to be too little to be seen; nothing is known where a group must serve for every use."""
+        return False
+
+    def known(self, value: Operand) -> float | tuple[float, ...] | None:
+        """Return a value as plain numbers, None where it is not known ahead."""
+        return None if isinstance(value, Value) else value
+
     def link(self, source: Operand | str, target: bpy.types.NodeSocket) -> None:
         """Connect a value to an input socket, or set the socket to a plain number, tuple or entry of a menu."""
         if isinstance(source, Value):
@@ -222,10 +258,7 @@ class Graph:
 
     def math(self, operation: str, *operands: Operand) -> Value:
         """Return a Math node of the given operation."""
-        node = self.add("ShaderNodeMath", operation=operation)
-        for operand, socket in zip(operands, node.inputs, strict=False):
-            self.link(operand, socket)
-        return Value(self, node.outputs[0])
+        return self.node("ShaderNodeMath", dict(enumerate(operands)), operation=operation)
 
     def per_scene(self, label: str, expression: str, **properties: str) -> Value:
         """Return a number that a driver works out from properties of the scene: once per scene, so it costs nothing per pixel.
@@ -280,10 +313,13 @@ class Graph:
 
     def vector(self, x: Operand, y: Operand, z: Operand) -> Value:
         """Return three numbers as a vector."""
-        node = self.add("ShaderNodeCombineXYZ")
-        for operand, socket in zip((x, y, z), node.inputs, strict=True):
-            self.link(operand, socket)
-        return Value(self, node.outputs[0])
+        return self.node("ShaderNodeCombineXYZ", {0: x, 1: y, 2: z})
+
+    def separate(self, vector: Value) -> tuple[Value, ...]:
+        """Return the three components of a vector."""
+        node = self.add("ShaderNodeSeparateXYZ")
+        self.link(vector, node.inputs[0])
+        return tuple(Value(self, output) for output in node.outputs)
 
     def in_eevee(self) -> Value:
         """Return 1 where the scene's render engine is EEVEE, the first entry of Blender's list of engines, else 0."""
@@ -296,6 +332,10 @@ class Graph:
         """
         paths = {"engine": "render.engine", "osl": "cycles.shading_system", "device": "cycles.device"}
         return self.per_scene("Uses OSL", "1 if engine and osl and not device else 0", **paths)
+
+    def meter(self) -> Value:
+        """Return how many of the scene's units a meter has."""
+        return self.per_scene("Meter", "1 / unit", unit="unit_settings.scale_length")
 
     def multiply_add(self, a: Operand, b: Operand, c: Operand) -> Value:
         """Return a b + c in one node; with a vector among them, numbers count for each component."""
@@ -325,20 +365,14 @@ class Graph:
 
     def vector_math(self, operation: str, *operands: Operand, output: str = "Vector") -> Value:
         """Return a Vector Math node of the given operation."""
-        node = self.add("ShaderNodeVectorMath", operation=operation)
-        for operand, socket in zip(operands, node.inputs, strict=False):
-            self.link(operand, socket)
-        return Value(self, node.outputs[output])
+        return self.node("ShaderNodeVectorMath", dict(enumerate(operands)), output, operation=operation)
 
     def dot(self, a: Value, b: Value) -> Value:
         return self.vector_math("DOT_PRODUCT", a, b, output="Value")
 
     def scale(self, vector: Operand, factor: Operand) -> Value:
         """Return a vector or a color times a number."""
-        node = self.add("ShaderNodeVectorMath", operation="SCALE")
-        self.link(vector, node.inputs["Vector"])
-        self.link(factor, node.inputs["Scale"])
-        return Value(self, node.outputs["Vector"])
+        return self.node("ShaderNodeVectorMath", {"Vector": vector, "Scale": factor}, "Vector", operation="SCALE")
 
     def normal(self) -> Value:
         """Return N at unit length: the group's Normal input, or the surface's own normal where nothing is connected to it.
@@ -348,71 +382,55 @@ class Graph:
         given = self.input(NORMAL)
         unit = self.normalize(self.clamp(given, -LONGEST, LONGEST))  # a Mix would let NaN through even at factor 0
         is_given = self.math("GREATER_THAN", self.vector_math("LENGTH", given, output="Value"), 0.0)
-        choice = self.add("ShaderNodeMix", data_type="VECTOR", factor_mode="UNIFORM")
-        factor, own, other = (s for s in choice.inputs if s.enabled)
-        self.link(is_given, factor)
-        self.link(self.geometry("Normal"), own)
-        self.link(unit, other)
-        return Value(self, next(s for s in choice.outputs if s.enabled))
+        return self.mix(is_given, self.geometry("Normal"), unit)
 
-    def diffuse(self, color: Operand, normal: Value, roughness: Operand = 0.0) -> Value:
-        """Return a Diffuse closure around `normal`: Lambert at `roughness` 0, else what the engine makes of it."""
-        node = self.add("ShaderNodeBsdfDiffuse")
-        self.link(color, node.inputs["Color"])
-        self.link(roughness, node.inputs["Roughness"])
-        self.link(normal, node.inputs["Normal"])
-        return Value(self, node.outputs[0])
+    def mix(self, factor: Operand, first: Operand, second: Operand) -> Value:
+        """Return the vector `first` at `factor` 0, `second` at 1, and between them a share of each."""
+        choice = self.add("ShaderNodeMix", data_type="VECTOR", factor_mode="UNIFORM")
+        inputs = (socket for socket in choice.inputs if socket.enabled)
+        for value, socket in zip((factor, first, second), inputs, strict=True):
+            self.link(value, socket)
+        return Value(self, next(socket for socket in choice.outputs if socket.enabled))
+
+    def diffuse(self, color: Operand, normal: Value, roughness: Operand = 0.0, share: float = 1.0) -> Value:
+        """Return a Diffuse closure around `normal` of a `share` of `color`: Lambert at `roughness` 0, else what the engine has."""
+        if share != 1.0:
+            color = self.calculate("MULTIPLY", color, share)
+        return self.node("ShaderNodeBsdfDiffuse", {"Color": color, "Roughness": roughness, "Normal": normal})
 
     def unscattered(self, color: Operand, normal: Value) -> Value:
         """Return a Subsurface closure whose radius is 0: Lambert, in a place of its own in EEVEE's list of closures."""
-        node = self.add("ShaderNodeSubsurfaceScattering", falloff="BURLEY")
-        self.link(color, node.inputs["Color"])
-        self.link(0.0, node.inputs["Scale"])
-        self.link(normal, node.inputs["Normal"])
-        return Value(self, node.outputs[0])
+        return self.node("ShaderNodeSubsurfaceScattering", {"Color": color, "Scale": 0.0, "Normal": normal}, falloff="BURLEY")
 
     def subsurface(
         self, falloff: str, color: Operand, radius: Operand, scale: Operand, normal: Value, ior: float | None = None
     ) -> Value:
         """Return a Subsurface closure; light enters a random walk as through a smooth surface of index `ior`."""
-        node = self.add("ShaderNodeSubsurfaceScattering", falloff=falloff)
-        for name, value in (("Color", color), ("Radius", radius), ("Scale", scale), ("Normal", normal)):
-            self.link(value, node.inputs[name])
+        inputs: dict[int | str, Operand] = {"Color": color, "Radius": radius, "Scale": scale, "Normal": normal}
         if ior is not None:
-            self.link(ior, node.inputs["IOR"])
+            inputs["IOR"] = ior
             if falloff != "RANDOM_WALK_SKIN":
-                self.link(0.0, node.inputs["Roughness"])
-        return Value(self, node.outputs[0])
+                inputs["Roughness"] = 0.0
+        return self.node("ShaderNodeSubsurfaceScattering", inputs, falloff=falloff)
 
     def glossy(self, roughness: Operand, normal: Value) -> Value:
         """Return a GGX reflection closure that loses nothing, without Fresnel, alpha = `roughness` squared."""
-        node = self.add("ShaderNodeBsdfAnisotropic", distribution="MULTI_GGX")
-        self.link((1.0, 1.0, 1.0, 1.0), node.inputs["Color"])
-        self.link(roughness, node.inputs["Roughness"])
-        self.link(normal, node.inputs["Normal"])
-        return Value(self, node.outputs[0])
+        inputs: dict[int | str, Operand] = {"Color": (1.0, 1.0, 1.0, 1.0), "Roughness": roughness, "Normal": normal}
+        return self.node("ShaderNodeBsdfAnisotropic", inputs, distribution="MULTI_GGX")
 
     def translucent(self, color: Operand) -> Value:
         """Return a Lambert closure for light from behind."""
-        node = self.add("ShaderNodeBsdfTranslucent")
-        self.link(color, node.inputs["Color"])
-        return Value(self, node.outputs[0])
+        return self.node("ShaderNodeBsdfTranslucent", {"Color": color})
 
     def beckmann(self, color: Operand, roughness: Operand, normal: Value) -> Value:
         """Return a microfacet reflection closure without Fresnel, alpha = `roughness` squared: Beckmann's, in EEVEE always GGX."""
-        node = self.add("ShaderNodeBsdfAnisotropic", distribution="BECKMANN")
-        self.link(color, node.inputs["Color"])
-        self.link(roughness, node.inputs["Roughness"])
-        self.link(normal, node.inputs["Normal"])
-        return Value(self, node.outputs[0])
+        inputs: dict[int | str, Operand] = {"Color": color, "Roughness": roughness, "Normal": normal}
+        return self.node("ShaderNodeBsdfAnisotropic", inputs, distribution="BECKMANN")
 
     def add_shader(self, first: Value, *others: Value) -> Value:
         """Return the sum of closures."""
         for other in others:
-            node = self.add("ShaderNodeAddShader")
-            self.link(first, node.inputs[0])
-            self.link(other, node.inputs[1])
-            first = Value(self, node.outputs[0])
+            first = self.node("ShaderNodeAddShader", {0: first, 1: other})
         return first
 
     def mix_shader(self, factor: Operand, first: Value | None, second: Value) -> Value:
@@ -420,23 +438,14 @@ class Graph:
 
         Where the factor is 0 or 1 everywhere, Cycles leaves the other one and all that feeds it out.
         """
-        node = self.add("ShaderNodeMixShader")
-        self.link(factor, node.inputs[0])
-        if first is not None:
-            self.link(first, node.inputs[1])
-        self.link(second, node.inputs[2])
-        return Value(self, node.outputs[0])
+        return self.node("ShaderNodeMixShader", {0: factor, 2: second} if first is None else {0: factor, 1: first, 2: second})
 
     def shader_to_rgb(self, shader: Value) -> Value:
         """Return the radiance of a closure under all lights, with shadows: in EEVEE alone."""
-        node = self.add("ShaderNodeShaderToRGB")
-        self.link(shader, node.inputs[0])
-        return Value(self, node.outputs["Color"])
+        return self.node("ShaderNodeShaderToRGB", {0: shader}, "Color")
 
     def emission(self, radiance: Value) -> Value:
-        node = self.add("ShaderNodeEmission")
-        self.link(radiance, node.inputs["Color"])
-        return Value(self, node.outputs[0])
+        return self.node("ShaderNodeEmission", {"Color": radiance})
 
     def script(self, stem: str, **inputs: Operand) -> Value:
         """Return the closure of the OSL shader shaders/STEM.osl; `compiles_osl` says whether that can be.

@@ -64,6 +64,31 @@ def lamp(graph: Graph, light: bpy.types.Object) -> tuple[Value, Value]:
 LAMPS = Group("lamps", ".True Diffuse Lamps", "Lamps", 1, "The lamps that the mode Lamps is exact for", (), build_none)
 
 
+def slots() -> list[bpy.types.Object | None]:
+    """Return the light object of each slot, None where the slot is empty or its light has been deleted."""
+    tree = next(iter(LAMPS.trees()), None)
+    if tree is None or tree.animation_data is None:
+        return [None] * SLOTS
+    followed = {}  # the light that a node's driver reads, by the node
+    for curve in tree.animation_data.drivers:
+        for target in (target for variable in curve.driver.variables for target in variable.targets):
+            if target.data_path == "hide_render":
+                followed[curve.data_path.split('"')[1]] = target.id
+    end = next(node for node in tree.nodes if node.bl_idname == "NodeGroupOutput")
+    return [_first(followed, end.inputs[f"E {slot + 1}"]) for slot in range(SLOTS)]
+
+
+def _first(followed: dict[str, bpy.types.Object], socket: bpy.types.NodeSocket) -> bpy.types.Object | None:
+    """Return the light that a node upstream of `socket` follows."""
+    for link in socket.links:
+        if link.from_node.name in followed:
+            return followed[link.from_node.name]
+        for before in link.from_node.inputs:
+            if light := _first(followed, before):
+                return light
+    return None
+
+
 def choose(lights: Sequence[bpy.types.Object]) -> None:
     """Make the mode Lamps of all materials in the file follow `lights`; raises ValueError for what is no lamp or for too many."""
     if len(lights) > SLOTS:
@@ -72,3 +97,17 @@ def choose(lights: Sequence[bpy.types.Object]) -> None:
         if light.type != "LIGHT":
             raise ValueError(f"{light.name} is not a light")
     LAMPS.rebuild(lambda graph: build(graph, lights))
+
+
+def chosen() -> list[bpy.types.Object]:
+    """Return the lights that the mode Lamps follows, in the order of their slots; those that are deleted are not among them."""
+    return [light for light in slots() if light is not None]
+
+
+def drop_deleted() -> None:
+    """Take lamps that are no more out of the slots, where there are any."""
+    for tree in LAMPS.trees():
+        curves = tree.animation_data.drivers if tree.animation_data else ()
+        if any(variable.targets[0].id is None for curve in curves for variable in curve.driver.variables):
+            choose(chosen())
+            return

@@ -30,10 +30,11 @@ class Modes(NamedTuple):
 def modes(surface: Surface, terms: Terms, kind: Kind) -> Modes:
     """Return the closures of one model. A model of Lambert's shape is one closure in every mode and engine."""
     graph, color = surface.graph, surface.color
-    family = next(iter(terms.functions), None)
+    family = next((name for name, factor in terms.functions.items() if not graph.negligible(factor)), None)
     if family is None:
         shown = graph.diffuse(color * terms.facing, surface.n)
-        return Modes(shown, shown, shown, lamps(surface, kind) or shown)
+        smooth = bool(terms.functions)  # a rough model at roughness 0: Lambert under a lamp, too
+        return Modes(shown, shown, shown, shown if smooth else lamps(surface, kind) or shown)
 
     def weights(scheme: str) -> list[Number]:
         """Return the weight of each lobe: the sum over the functions."""
@@ -146,11 +147,8 @@ def build_eon_channels(graph: Graph) -> dict[str, Value]:
     """
     n, color, roughness, average = map(graph.input, EON_CHANNELS.inputs)
     k = 1.0 - average
-    separate = graph.add("ShaderNodeSeparateXYZ")
-    graph.link(color, separate.inputs[0])
     closures = []
-    for channel in range(3):
-        rho = Value(graph, separate.outputs[channel])
+    for channel, rho in enumerate(graph.separate(color)):
         q = rho / (1.0 - rho * k)
         qk = q * k
         a = graph.maximum(0.5 * (graph.sqrt(qk * qk + 4.0 * q) - qk), 1e-6)

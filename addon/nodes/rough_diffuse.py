@@ -8,7 +8,7 @@ shaders/rough_diffuse.osl takes their place. Menus select before anything is com
 from ..osl import compiles_osl
 from .graph import COLOR, NORMAL, Graph, Group, Operand, Socket, Value
 from .rough_closures import model_group
-from .rough_models import IOR, KINDS, ROUGHNESS
+from .rough_models import IOR, KINDS, ROUGHNESS, cycles_diffuse, pits, wolff
 
 SHADER = "rough_diffuse"
 MODEL = Socket("Model", "NodeSocketMenu", "Law of reflection", "Oren-Nayar")
@@ -39,11 +39,21 @@ def build(graph: Graph) -> dict[str, Value]:
     if compiles_osl():
         inputs = {"Model": parts["Index"], "Roughness": roughness, "IOR": ior, "Normal": n}
         osl = graph.script(SHADER, Color=color, **inputs)
-        here = graph.uses_osl()
+        here = graph.uses_osl() if _gains(graph, parts["Index"], roughness) else 0.0
         # what has no form for a lamp is made of lobes there, too
         lobes_only = here * parts["Lobes Only"]
         shown = {name: graph.mix_shader(lobes_only if name == "Lamps" else here, shader, osl) for name, shader in shown.items()}
     return {"BSDF": graph.menu(graph.input(MODE), "SHADER", [(name, text, shown[name]) for name, text in MODES])}
+
+
+def _gains(graph: Graph, index: Operand, roughness: Operand) -> bool:
+    """Return whether the OSL shader may be nearer to the model of that place in the menu than Cycles' own closures are."""
+    known = graph.known(index)
+    if not isinstance(known, float):
+        return True
+    kind = KINDS[int(known)]
+    exact = kind.name == "Lambert" or kind.terms is cycles_diffuse
+    return not exact and (kind.terms in (wolff, pits) or not graph.negligible(roughness))
 
 
 ROUGH_DIFFUSE = Group(

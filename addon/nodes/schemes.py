@@ -49,6 +49,8 @@ def _apart(graph: Graph, facing: Operand, n: Value, color: Operand, bent: Value)
 
     EEVEE keeps the radius of the first one in steps of 2 mm, dithered; `materials.set_thickness` keeps light from behind out.
     """
+    if graph.negligible(color):
+        return graph.diffuse(facing, n)
     return graph.add_shader(graph.unscattered(facing, n), graph.diffuse(color, bent), graph.translucent(BLACK))
 
 
@@ -95,7 +97,7 @@ def build_signed(graph: Graph, under: bool) -> Value:
 
 def build_once(graph: Graph) -> Value:
     n, color, roughness = map(graph.input, ONCE.inputs)
-    base = graph.diffuse(color * 0.5**DOUBLINGS, n, roughness)
+    base = graph.diffuse(color, n, roughness, 0.5**DOUBLINGS)
     for _ in range(DOUBLINGS):
         base = graph.add_shader(base, base)
     return base

@@ -102,8 +102,7 @@ class Medium:
         self.color = graph.clamp(graph.input(COLOR), 0.0, 1.0)
         self.n = graph.normal()
         # not a millimetre: a driver leaves what changes by some 1e-6 as it was
-        meter = graph.per_scene("Meter", "1 / unit", unit="unit_settings.scale_length")
-        self.scale = graph.clamp(graph.input(SCALE), 0.0, LONGEST) * (meter * 0.001)
+        self.scale = graph.clamp(graph.input(SCALE), 0.0, LONGEST) * (graph.meter() * 0.001)
         length = graph.clamp(graph.input(MEAN_FREE_PATH), 0.0, LONGEST)
         self.enters = graph.clamp((length * (self.scale * (1.0 / LAMBERT_BELOW)) - 1.0) * 1000.0, 0.0, 1.0)
         self.length = length * self.enters
@@ -119,9 +118,7 @@ class Medium:
 
 def eevee(medium: Medium) -> Value:
     graph, color = medium.graph, medium.color
-    separate = graph.add("ShaderNodeSeparateXYZ")
-    graph.link(color, separate.inputs[0])
-    red, green, blue = (Value(graph, output) for output in separate.outputs)
+    red, green, blue = graph.separate(color)
     a = color * (1.0 / graph.maximum(graph.maximum(graph.maximum(red, green), blue), BRIGHTEST))
     middle, steep, lowest = DIFFUSE_MAP
     off = a - lowest

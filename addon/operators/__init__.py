@@ -3,6 +3,8 @@
 
 import bpy
 
-from . import add, lamps, presets
+from . import add, apply, assets, convert, lamps, measure, presets, scene, simplify, tolerance, upgrade
 
-register, unregister = bpy.utils.register_classes_factory((*add.CLASSES, *presets.CLASSES, *lamps.CLASSES))
+MODULES = (add, presets, apply, lamps, convert, assets, scene, simplify, measure, tolerance, upgrade)
+
+register, unregister = bpy.utils.register_classes_factory([kind for module in MODULES for kind in module.CLASSES])

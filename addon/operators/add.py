@@ -2,11 +2,15 @@
 """Operators that add a node of ours in the Shader Editor."""
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import bpy
 
-from ..materials import Setting, add_group, set_inputs, set_thickness
-from ..nodes import GROUPS, Group
+from .shown import refused_in_editor
+
+if TYPE_CHECKING:
+    from ..materials import Setting
+    from ..nodes import Group
 
 
 class AddsNode(bpy.types.Operator):
@@ -20,10 +24,10 @@ class AddsNode(bpy.types.Operator):
         if space is None or space.type != "NODE_EDITOR" or not isinstance(space.id, bpy.types.Material) or space.edit_tree is None:
             cls.poll_message_set("Open a material in the Shader Editor")
             return False
-        if not space.edit_tree.is_editable:
-            cls.poll_message_set("The material is linked from another file")
-            return False
-        return True
+        refused = refused_in_editor(context)
+        if refused:
+            cls.poll_message_set(refused)
+        return not refused
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         context.space_data.cursor_location_from_region(event.mouse_region_x, event.mouse_region_y)
@@ -32,8 +36,10 @@ class AddsNode(bpy.types.Operator):
             bpy.ops.node.translate_attach_remove_on_cancel("INVOKE_DEFAULT")
         return result
 
-    def add(self, context: bpy.types.Context, group: Group, inputs: Mapping[str, Setting]) -> set[str]:
+    def add(self, context: bpy.types.Context, group: "Group", inputs: "Mapping[str, Setting]") -> set[str]:
         """Add a node that holds `group`, its sockets set to `inputs`; returns what an operator's `execute` does."""
+        from ..materials import add_group, set_inputs, set_thickness
+
         tree, added = context.space_data.edit_tree, group.ensure()
         if added == tree or added.contains_tree(tree):
             self.report({"ERROR"}, "A group cannot contain itself")
@@ -48,6 +54,16 @@ class AddsNode(bpy.types.Operator):
         return {"FINISHED"}
 
 
+def _groups() -> "dict[str, Group]":
+    from ..nodes import GROUPS
+
+    return {group.key: group for group in GROUPS}
+
+
+def _items(_operator: bpy.types.Operator, _context: bpy.types.Context | None) -> list[tuple[str, str, str]]:
+    return [(key, group.label, group.description) for key, group in _groups().items()]
+
+
 class TRUE_DIFFUSE_OT_add_group(AddsNode):
     """Add a True Diffuse node group"""
 
@@ -57,15 +73,15 @@ class TRUE_DIFFUSE_OT_add_group(AddsNode):
     key: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
         name="Group",
         description="Node group to add",
-        items=[(group.key, group.label, group.description) for group in GROUPS],
+        items=_items,
     )
 
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
-        return next(group.description for group in GROUPS if group.key == properties.key)
+        return _groups()[properties.key].description
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        return self.add(context, next(group for group in GROUPS if group.key == self.key), {})
+        return self.add(context, _groups()[self.key], {})
 
 
 CLASSES = (TRUE_DIFFUSE_OT_add_group,)

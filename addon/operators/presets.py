@@ -1,14 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Operators that pick a preset: as a node in the Shader Editor, as a material of objects."""
 
+from typing import TYPE_CHECKING
+
 import bpy
 
-from ..materials import create
-from ..nodes import SUBSURFACE
-from ..presets import PRESETS
 from .add import AddsNode
 
+if TYPE_CHECKING:
+    from ..presets import Preset
+
 SHADED = {"MESH", "CURVE", "SURFACE", "META", "FONT"}  # types of objects whose surface is a material's
+
+
+def _presets() -> "dict[str, Preset]":
+    from ..presets import PRESETS
+
+    return PRESETS
+
+
+def _items(_operator: bpy.types.Operator, _context: bpy.types.Context | None) -> list[tuple[str, str, str]]:
+    return [(key, preset.name, preset.description) for key, preset in _presets().items()]
 
 
 class PicksPreset:
@@ -17,22 +29,23 @@ class PicksPreset:
     key: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
         name="Preset",
         description="Material to pick",
-        items=[(preset.key, preset.name, preset.description) for preset in PRESETS.values()],
+        items=_items,
     )
 
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
-        return PRESETS[properties.key].description
+        return _presets()[properties.key].description
 
 
 class TRUE_DIFFUSE_OT_add_preset(PicksPreset, AddsNode):
-    """Add a Subsurface node of a preset"""
+    """Add a node of a preset"""
 
     bl_idname = "true_diffuse.add_preset"
     bl_label = "Add True Diffuse Preset"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        return self.add(context, SUBSURFACE, PRESETS[self.key].inputs)
+        preset = _presets()[self.key]
+        return self.add(context, preset.group, preset.inputs)
 
 
 class TRUE_DIFFUSE_OT_assign_preset(PicksPreset, bpy.types.Operator):
@@ -50,9 +63,11 @@ class TRUE_DIFFUSE_OT_assign_preset(PicksPreset, bpy.types.Operator):
         return bool(ours)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        preset = PRESETS[self.key]
+        from ..materials import create
+
+        preset = _presets()[self.key]
         ours, linked = _with_surface(context)
-        material = create(preset.name, SUBSURFACE, **preset.inputs)
+        material = create(preset.name, preset.group, **preset.inputs)
         for item in ours:
             item.active_material = material
         if linked:

@@ -4,9 +4,7 @@
 import math
 from array import array
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-
-import bpy
+from dataclasses import dataclass
 
 from ...scenes.face import Face, Look, region_albedo
 from ...scenes.human import REGIONS
@@ -98,21 +96,11 @@ def measure(stage: Face, engine: Engine, samples: int, progress: Progress) -> li
             seconds, takes = 0.0, []
             for take in range(TAKES[engine]):
                 with progress.step(f"Measuring  {engine.label}  {head.look.label}", MEASUREMENT_WORK):
-                    spent, rgb = render.radiance(scene, _seeded(engine, take), samples)
+                    spent, rgb = render.radiance(scene, engine, samples, take)
                 seconds += spent
                 takes.append(rgb)
         measured.append(Measured(head.look, engine, samples, seconds, tuple(takes)))
     return measured
-
-
-def _seeded(engine: Engine, seed: int) -> Engine:
-    """Return `engine` with other random numbers, where it is Cycles."""
-
-    def apply(scene: bpy.types.Scene, samples: int) -> None:
-        engine.apply(scene, samples)
-        scene.cycles.seed = seed
-
-    return replace(engine, apply=apply)
 
 
 def records(seen: Sequence[Seen], measured: Sequence[Measured]) -> list[Record]:

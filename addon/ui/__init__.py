@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the add-on shows in Blender."""
 
-from . import menus
+from . import menus, panels, plots
 
-MODULES = (menus,)
+MODULES = (menus, plots, panels)
 
 
 def register() -> None:

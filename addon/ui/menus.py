@@ -1,18 +1,36 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Menus: Shader Editor > Add > True Diffuse, and 3D Viewport > Object > True Diffuse."""
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import bpy
 import bpy.utils.previews
 
-from ..nodes import GROUPS
 from ..operators.add import TRUE_DIFFUSE_OT_add_group
+from ..operators.convert import TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes, TRUE_DIFFUSE_OT_match_engines
 from ..operators.lamps import TRUE_DIFFUSE_OT_choose_lamps
 from ..operators.presets import TRUE_DIFFUSE_OT_add_preset, TRUE_DIFFUSE_OT_assign_preset
-from ..presets import PRESETS
+from ..operators.scene import TRUE_DIFFUSE_OT_build_comparison
+from ..operators.simplify import TRUE_DIFFUSE_OT_restore, TRUE_DIFFUSE_OT_simplify
+from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
+
+if TYPE_CHECKING:
+    from ..presets import Preset
 
 COLUMNS = 3
 PICTURE_SIZE = 4.0  # times an icon's
-pictures: bpy.utils.previews.ImagePreviewCollection  # by a preset's key, while the extension is registered
+pictures: bpy.utils.previews.ImagePreviewCollection  # by a preset's key as far as drawn, while the extension is registered
+
+
+class TRUE_DIFFUSE_MT_rough(bpy.types.Menu):
+    """Rough matter"""
+
+    bl_idname = "TRUE_DIFFUSE_MT_rough"
+    bl_label = "Rough"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        draw_presets(self.layout, context, self.bl_label)
 
 
 class TRUE_DIFFUSE_MT_skin(bpy.types.Menu):
@@ -42,6 +60,8 @@ class TRUE_DIFFUSE_MT_add(bpy.types.Menu):
     bl_label = "True Diffuse"
 
     def draw(self, context: bpy.types.Context) -> None:
+        from ..nodes import GROUPS
+
         for group in GROUPS:
             self.layout.operator(TRUE_DIFFUSE_OT_add_group.bl_idname, text=group.label).key = group.key
         self.layout.separator()
@@ -56,23 +76,41 @@ class TRUE_DIFFUSE_MT_object(bpy.types.Menu):
 
     def draw(self, context: bpy.types.Context) -> None:
         draw_common(self.layout)
+        self.layout.separator()
+        self.layout.operator(TRUE_DIFFUSE_OT_convert.bl_idname)
+        self.layout.operator(TRUE_DIFFUSE_OT_match_engines.bl_idname)
+        self.layout.operator(TRUE_DIFFUSE_OT_build_comparison.bl_idname)
+        self.layout.separator()
+        self.layout.operator(TRUE_DIFFUSE_OT_simplify.bl_idname)
+        self.layout.operator(TRUE_DIFFUSE_OT_restore.bl_idname)
+        self.layout.operator(TRUE_DIFFUSE_OT_upgrade.bl_idname)
 
 
 def draw_presets(layout: bpy.types.UILayout, context: bpy.types.Context, kind: str) -> None:
     """Draw pictures of the presets of `kind`, and names that add a node in the Shader Editor, elsewhere give objects a material."""
+    from ..presets import PRESETS
+
     in_shader_editor = context.space_data.type == "NODE_EDITOR"
     operator = TRUE_DIFFUSE_OT_add_preset if in_shader_editor else TRUE_DIFFUSE_OT_assign_preset
-    presets = [preset for preset in PRESETS.values() if preset.kind == kind]
+    draw_pictures(layout, [preset for preset in PRESETS.values() if preset.kind == kind], operator)
+
+
+def draw_pictures(layout: bpy.types.UILayout, presets: "Sequence[Preset]", operator: type[bpy.types.Operator]) -> None:
+    """Draw pictures of `presets`, and names that call `operator` with their keys."""
     row = layout.row()
     for first in range(COLUMNS):  # one after the other: Blender puts a picture right of all that came before it in other columns
         column = row.column()
+        column.ui_units_x = PICTURE_SIZE + 1.0  # else short names make small pictures
         for preset in presets[first::COLUMNS]:
+            if preset.key not in pictures:
+                pictures.load(preset.key, str(preset.picture), "IMAGE")
             column.template_icon(pictures[preset.key].icon_id, scale=PICTURE_SIZE)
             column.operator(operator.bl_idname, text=preset.name).key = preset.key
 
 
 def draw_common(layout: bpy.types.UILayout) -> None:
     """Draw what either editor's menu has."""
+    layout.menu(TRUE_DIFFUSE_MT_rough.bl_idname)
     layout.menu(TRUE_DIFFUSE_MT_skin.bl_idname)
     layout.menu(TRUE_DIFFUSE_MT_media.bl_idname)
     layout.separator()
@@ -93,23 +131,42 @@ def draw_object_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.menu(TRUE_DIFFUSE_MT_object.bl_idname)
 
 
+def draw_convert(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    """Draw the entry at the end of the context menus of objects and of materials."""
+    self.layout.separator()
+    self.layout.operator(TRUE_DIFFUSE_OT_convert.bl_idname)
+
+
+def draw_convert_nodes(self: bpy.types.Menu, context: bpy.types.Context) -> None:
+    """Draw the entry at the end of the Shader Editor's context menu, on nodes that it is for."""
+    if TRUE_DIFFUSE_OT_convert_nodes.poll(context):
+        self.layout.separator()
+        self.layout.operator(TRUE_DIFFUSE_OT_convert_nodes.bl_idname)
+
+
+# Blender's menus, and what draws our entry at their end
+ENTRIES = (
+    ("NODE_MT_add", draw_add_menu),
+    ("VIEW3D_MT_object", draw_object_menu),
+    ("VIEW3D_MT_object_context_menu", draw_convert),
+    ("MATERIAL_MT_context_menu", draw_convert),
+    ("NODE_MT_context_menu", draw_convert_nodes),
+)
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
-    (TRUE_DIFFUSE_MT_skin, TRUE_DIFFUSE_MT_media, TRUE_DIFFUSE_MT_add, TRUE_DIFFUSE_MT_object)
+    (TRUE_DIFFUSE_MT_rough, TRUE_DIFFUSE_MT_skin, TRUE_DIFFUSE_MT_media, TRUE_DIFFUSE_MT_add, TRUE_DIFFUSE_MT_object)
 )
 
 
 def register() -> None:
     global pictures
     pictures = bpy.utils.previews.new()
-    for key, preset in PRESETS.items():
-        pictures.load(key, str(preset.picture), "IMAGE")
     _register_classes()
-    bpy.types.NODE_MT_add.append(draw_add_menu)
-    bpy.types.VIEW3D_MT_object.append(draw_object_menu)
+    for menu, draw in ENTRIES:
+        getattr(bpy.types, menu).append(draw)
 
 
 def unregister() -> None:
-    bpy.types.VIEW3D_MT_object.remove(draw_object_menu)
-    bpy.types.NODE_MT_add.remove(draw_add_menu)
+    for menu, draw in reversed(ENTRIES):
+        getattr(bpy.types, menu).remove(draw)
     _unregister_classes()
     bpy.utils.previews.remove(pictures)

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Takes part in Blender's own File > Export > USD and File > Import > USD. pxr is Blender's, imported when it is needed.
+"""Takes part in Blender's own File > Export > USD and File > Import > USD. pxr is Blender's.
+
+Enabling the add-on imports this module, so it imports the others, and pxr, when Blender calls.
 
 Whatever goes wrong with a material, the export or import goes on, the material is as Blender makes it, and a line says so.
 """
@@ -11,10 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import bpy
 
-from . import materialx, preview, report
-from .read import Lost, group_node, read
-from .restore import rebuild
-from .surface import KEY
+from . import report
 
 if TYPE_CHECKING:
     from pxr import Sdf, Usd, UsdShade
@@ -58,6 +57,8 @@ class TRUE_DIFFUSE_USD_hook(bpy.types.USDHook):
 
     @staticmethod
     def material_import_poll(_context: MaterialImport, usd_material: "UsdShade.Material") -> bool:
+        from .surface import KEY
+
         return usd_material.GetPrim().HasCustomDataKey(KEY)
 
     @staticmethod
@@ -80,10 +81,12 @@ def export_material(
     export_texture: Callable[[bpy.types.Image], str], material: bpy.types.Material, usd_material: "UsdShade.Material"
 ) -> bool:
     """Write both networks and the values of one of our materials; returns False where it is none of ours."""
+    from .read import group_node, read
+
     found = group_node(material)
     if found is None:
         return False
-    from . import author
+    from . import author, materialx, preview
 
     stage = usd_material.GetPrim().GetStage()
     surface, lost = read(*found, lambda image: _file(stage, image, export_texture))
@@ -105,6 +108,8 @@ def millimeter(stage: "Usd.Stage") -> float:
 
 def _file(stage: "Usd.Stage", image: bpy.types.Image, export_texture: Callable[[bpy.types.Image], str]) -> str:
     """Return how the stage refers to `image`, after writing it. Raises Lost where the file is not there then."""
+    from .read import Lost
+
     path = export_texture(image)
     if not path or not Path(stage.GetRootLayer().ComputeAbsolutePath(path)).is_file():
         raise Lost(f"the missing image {image.name}")
@@ -119,6 +124,8 @@ def part_materials(stage: "Usd.Stage", written: Mapping["Sdf.Path", Sequence[bpy
 
 
 def _no_texture(image: bpy.types.Image) -> str:
+    from .read import Lost
+
     raise Lost(f"the image {image.name} of a material whose name another one has in USD")
 
 
@@ -127,6 +134,7 @@ def import_material(
 ) -> bool:
     """Rebuild one of our materials; returns False where it is none of ours."""
     from . import author
+    from .restore import rebuild
 
     surface = author.recall(usd_material)
     if surface is None:

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Says in words what was left out of a node, and why."""
+
+from collections.abc import Iterator
+
+import bpy
+
+from ..nodes import SPECULAR_GROUP, SUBSURFACE
+from ..nodes.graph import stamp_of
+from .arithmetic import Plain
+from .folding import LEAST, Use
+
+
+def reasons(node: bpy.types.Node, use: Use) -> tuple[str, ...]:
+    """Return a line for each part of the group that `use` does without."""
+    return tuple(_reasons(stamp_of(node)[0], use))
+
+
+def _reasons(key: str, use: Use) -> Iterator[str]:
+    def number(name: str) -> float | None:
+        value = use.inputs.get(name)
+        return value if isinstance(value, float) else None
+
+    model = use.inputs.get("Model")
+    if use.eevee is not None and key != SPECULAR_GROUP.key:
+        yield "Cycles' closures" if use.eevee else "EEVEE's closures"
+    if key != SPECULAR_GROUP.key and not use.eevee:
+        if use.osl is False:
+            yield "OSL, which no scene uses"
+        elif model in ("Lambert", "Cycles Diffuse"):
+            yield f"OSL, as the closures of {model} are exact"
+    weight, specular, sigma = number("Subsurface"), number("Specular"), number("Roughness")
+    if key == SUBSURFACE.key:
+        if weight is not None and weight < LEAST:
+            yield "scattering (Subsurface is 0)"
+        elif use.flat:
+            yield "scattering (it blurs less than half a pixel)"
+        if weight is not None and weight > 1.0 - LEAST:
+            yield "rough reflection (Subsurface is 1)"
+        if specular is not None and specular < LEAST:
+            yield "coat (Specular is 0)"
+    if sigma is not None and sigma < LEAST and model not in ("Lambert", "Wolff", "Pits"):
+        yield "lobes (Roughness is 0: one Lambert closure)"
+    if _black(use.inputs.get("Color")):
+        yield "diffuse closures (Color is black)"
+    dark = [str(slot) for slot, lit in enumerate(use.shining, 1) if not lit]
+    if dark:
+        yield f"lamps {', '.join(dark)} (no light shines there)"
+    constant = [name for name, value in use.inputs.items() if not isinstance(value, str) and name != "Normal"]
+    if constant:
+        yield f"what follows from {', '.join(constant)}"
+
+
+def _black(value: Plain | str | None) -> bool:
+    return isinstance(value, tuple) and max(value) < LEAST

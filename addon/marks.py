@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The custom properties by which node trees in a file are known as ours; nothing is imported here, so that handlers are quick."""
+
+STAMP = "true_diffuse"  # which group: "key/version"
+AS_BUILT = "true_diffuse_as_built"  # `graph.fingerprint` of the tree when it was built
+LEAST_FOR = "true_diffuse_least_for"  # of a tree that is the least of a group: the use it is for, see `leave_out`

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The operator that gives the node that the panels show the values of a preset."""
+
+import bpy
+
+from .presets import PicksPreset
+from .shown import material_of, node_of
+
+
+class TRUE_DIFFUSE_OT_apply_preset(PicksPreset, bpy.types.Operator):
+    """Give the True Diffuse node the values of a preset; what is linked stays linked"""
+
+    bl_idname = "true_diffuse.apply_preset"
+    bl_label = "Apply True Diffuse Preset"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        from ..claims import claim_of_node
+        from ..materials import refusal
+
+        node, material = node_of(context), material_of(context)
+        if node is None:
+            cls.poll_message_set("The material has no True Diffuse node")
+            return False
+        refused = refusal(material) if material else ""
+        if refused or not node.id_data.is_editable:
+            cls.poll_message_set(f"The material {refused or 'is linked from another file'}")
+            return False
+        if claim_of_node(node) is None:
+            cls.poll_message_set(f"{node.node_tree.name} is of another version")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        from ..materials import set_inputs
+        from ..nodes.graph import stamp_of
+        from ..presets import PRESETS
+
+        node, preset = node_of(context), PRESETS[self.key]
+        if stamp_of(node)[0] != preset.group.key:
+            self.report({"ERROR"}, f"{preset.name} is of the group {preset.group.label}, the node is not")
+            return {"CANCELLED"}
+        set_inputs(node, preset.inputs)
+        return {"FINISHED"}
+
+
+CLASSES = (TRUE_DIFFUSE_OT_apply_preset,)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The operator that measures a material, and what it found in this session."""
+
+from collections.abc import Generator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import bpy
+
+from .shown import material_of
+
+if TYPE_CHECKING:
+    from ..studies.probe import Finding
+
+findings: dict[int, "Finding"] = {}  # by a material's session_uid: figures of this machine, which are not kept in files
+
+
+class TRUE_DIFFUSE_OT_measure(bpy.types.Operator):
+    """Render a small probe of the material in the scene's engine: how far it is from the model it claims, and what it costs"""
+
+    bl_idname = "true_diffuse.measure"
+    bl_label = "Measure This Material"
+    bl_options = {"REGISTER"}  # the file is as before, so there is nothing to undo
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if material_of(context) is None:
+            cls.poll_message_set("There is no material")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return measure(self, context, material_of(context))
+
+
+class WindowProgress:
+    """A `Progress` that Blender shows beside the mouse."""
+
+    def __init__(self, window_manager: bpy.types.WindowManager, total: float) -> None:
+        self.window_manager, self.total, self.done = window_manager, total, 0.0
+
+    @contextmanager
+    def step(self, text: str, work: float) -> Generator[None]:
+        yield
+        self.done += work
+        self.window_manager.progress_update(self.done / self.total)
+
+    def within(self, work: float) -> None:
+        """Steps are short."""
+
+
+def measure(operator: bpy.types.Operator, context: bpy.types.Context, material: bpy.types.Material) -> set[str]:
+    """Measure `material` in the context's scene and report what was found; returns what an operator's `execute` does."""
+    from ..studies import probe
+
+    context.window_manager.progress_begin(0.0, 1.0)
+    try:
+        found = probe.measure(material, context.scene, WindowProgress(context.window_manager, probe.work()))
+    except (probe.Refused, RuntimeError, OSError) as error:
+        operator.report({"ERROR"}, str(error))
+        return {"CANCELLED"}
+    finally:
+        context.window_manager.progress_end()
+    findings[material.session_uid] = found
+    operator.report({"INFO"}, found.text())
+    for area in context.screen.areas if context.screen else ():
+        area.tag_redraw()
+    return {"FINISHED"}
+
+
+CLASSES = (TRUE_DIFFUSE_OT_measure,)

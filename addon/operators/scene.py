@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The operator that builds the paper's comparison on the artist's own object."""
+
+import bpy
+
+ALBEDO = 0.8
+SIZE = (1280, 480)  # pixels
+
+
+class TRUE_DIFFUSE_OT_build_comparison(bpy.types.Operator):
+    """Make a scene with five copies of the active object, from standard specular over Lambert to rough Oren-Nayar, and show it"""
+
+    bl_idname = "true_diffuse.build_comparison"
+    bl_label = "Build Comparison Scene"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if context.active_object is None or context.active_object.type != "MESH":
+            cls.poll_message_set("Make a mesh object the active one")
+            return False
+        if context.mode != "OBJECT":
+            cls.poll_message_set("Switch to Object Mode")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        from ...scenes import five_characters, subject
+
+        try:
+            mesh = subject.from_object(context.active_object, context.evaluated_depsgraph_get())
+        except ValueError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        scene = five_characters.build(mesh, ALBEDO, False, SIZE).scene
+        scene.render.engine = context.scene.render.engine
+        if context.window:  # a script may have none
+            context.window.scene = scene
+        self.report({"INFO"}, f"{scene.name} is a new scene; yours is as it was")
+        return {"FINISHED"}
+
+
+CLASSES = (TRUE_DIFFUSE_OT_build_comparison,)

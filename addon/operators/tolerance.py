@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The operator that picks the cheapest mode and samples for a tolerance."""
+
+from pathlib import Path
+
+import bpy
+
+from .measure import measure
+from .shown import material_of
+
+
+class TRUE_DIFFUSE_OT_use_tolerance(bpy.types.Operator):
+    """Set modes and samples to the cheapest that this machine's report says will do for the error, and measure what came of it"""
+
+    bl_idname = "true_diffuse.use_tolerance"
+    bl_label = "Use Tolerance"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if not context.scene.is_editable:
+            cls.poll_message_set("The scene is linked from another file")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        from .. import picking
+        from ..claims import engine_of
+        from ..studies.environment import environment
+        from ..tolerance import Unmet, percent, read_report
+
+        scene, share = context.scene, context.scene.true_diffuse.error / 100.0
+        engine = engine_of(scene)
+        if engine is None:
+            self.report({"ERROR"}, f"No report knows {scene.render.engine.title()}: only EEVEE and Cycles")
+            return {"CANCELLED"}
+        try:
+            report = read_report(_report_path(), environment([]))
+        except Unmet as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        choices, unmet = picking.pick(scene, report, share)
+        for text in unmet if choices else unmet[:-1]:
+            self.report({"WARNING"}, text)
+        if not choices:
+            self.report({"ERROR"}, unmet[-1] if unmet else "The scene uses no True Diffuse material with a mode")
+            return {"CANCELLED"}
+        samples, linked = picking.use(scene, choices)
+        if linked:
+            self.report({"WARNING"}, f"Linked from other files and left alone: {', '.join(linked)}")
+        picked = ", ".join(dict.fromkeys(choice.way for choice in choices.values()))
+        expected = max(choice.expected_error for choice in choices.values())
+        self.report({"INFO"}, f"{engine.label}, {percent(share)}: {picked} with {samples} samples, {percent(expected)} expected")
+        if material_of(context) in choices:
+            measure(self, context, material_of(context))
+        return {"FINISHED"}
+
+
+def _report_path() -> Path:
+    from ..package import preferences
+    from ..tolerance import MAKE, Unmet
+
+    settings = preferences()
+    if settings is None or not settings.report:
+        raise Unmet(f"No report is chosen: {MAKE}, then choose its report.json in the extension's preferences")
+    return Path(bpy.path.abspath(settings.report))
+
+
+CLASSES = (TRUE_DIFFUSE_OT_use_tolerance,)

@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The operator that brings the groups of an older file up to date."""
+
+import bpy
+
+
+class TRUE_DIFFUSE_OT_upgrade(bpy.types.Operator):
+    """Give nodes that were made with an older True Diffuse the groups of this one, with their links and values"""
+
+    bl_idname = "true_diffuse.upgrade"
+    bl_label = "Upgrade Groups"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        from .. import upgrade
+
+        report = upgrade.upgrade()
+        for line in report.lines:
+            self.report({"WARNING"}, line)
+        names = report.upgraded
+        said = f"Upgraded {', '.join(names)}" if names else "No group was upgraded"
+        if report.lines:
+            said += f"; {report.lines[0] if len(report.lines) == 1 else f'{len(report.lines)} notes are in the Info editor'}"
+        self.report({"INFO"}, said)
+        return {"FINISHED"} if names else {"CANCELLED"}
+
+
+CLASSES = (TRUE_DIFFUSE_OT_upgrade,)

@@ -1,0 +1,262 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Panels: Material properties > True Diffuse, the same in the Shader Editor's sidebar, and the tolerance in Scene properties."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import bpy
+
+from ..marks import LEAST_FOR
+from ..operators.apply import TRUE_DIFFUSE_OT_apply_preset
+from ..operators.convert import TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes
+from ..operators.lamps import TRUE_DIFFUSE_OT_choose_lamps, TRUE_DIFFUSE_OT_toggle_lamp
+from ..operators.measure import TRUE_DIFFUSE_OT_measure, findings
+from ..operators.presets import SHADED
+from ..operators.shown import material_of, node_of
+from ..operators.simplify import TRUE_DIFFUSE_OT_restore, TRUE_DIFFUSE_OT_simplify
+from ..operators.tolerance import TRUE_DIFFUSE_OT_use_tolerance
+from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
+from . import menus, plots
+
+if TYPE_CHECKING:
+    from ..claims import Claim
+
+CHANNELS = ("Red", "Green", "Blue")
+NARROWEST, WIDEST = 7.0, 13.0  # of a plot, times an icon's size
+
+
+class TRUE_DIFFUSE_MT_apply(bpy.types.Menu):
+    """Values of a preset for this node"""
+
+    bl_idname = "TRUE_DIFFUSE_MT_apply"
+    bl_label = "Presets"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        from ..nodes.graph import stamp_of
+        from ..presets import PRESETS
+
+        node = node_of(context)
+        presets = [preset for preset in PRESETS.values() if node and preset.group.key == stamp_of(node)[0]]
+        menus.draw_pictures(self.layout, presets, TRUE_DIFFUSE_OT_apply_preset)
+
+
+class MaterialPanel:
+    """What the panels of a material share."""
+
+    bl_label = "True Diffuse"
+    layout: bpy.types.UILayout
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, material = self.layout, material_of(context)
+        layout.use_property_split, layout.use_property_decorate = True, False
+        if material is None:
+            layout.label(text="No material")
+            menus.draw_common(layout)
+            return
+        if material.override_library is not None:
+            layout.label(text="Library override: its nodes cannot be changed", icon="LIBRARY_DATA_OVERRIDE")
+        elif not material.is_editable:
+            layout.label(text="Linked from another file", icon="LINKED")
+        draw_material(layout, context, material)
+
+
+class TRUE_DIFFUSE_PT_material(MaterialPanel, bpy.types.Panel):
+    """The True Diffuse group of the material"""
+
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "material"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return material_of(context) is not None or (context.object is not None and context.object.type in SHADED)
+
+
+class TRUE_DIFFUSE_PT_node(MaterialPanel, bpy.types.Panel):
+    """The active True Diffuse node, else the one that makes the material's surface"""
+
+    bl_space_type = "NODE_EDITOR"
+    bl_region_type = "UI"
+    bl_category = "True Diffuse"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.space_data.tree_type == "ShaderNodeTree" and material_of(context) is not None
+
+
+class TRUE_DIFFUSE_PT_scene(bpy.types.Panel):
+    """The tolerance that modes and samples are picked for"""
+
+    bl_label = "True Diffuse"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "scene"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        self.layout.use_property_split, self.layout.use_property_decorate = True, False
+        draw_tolerance(self.layout, context.scene)
+
+
+def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
+    """Draw all that there is to a material."""
+    from ..claims import claim_of, claim_of_node
+    from ..materials import refusal
+
+    node = node_of(context)
+    claim = claim_of_node(node) if node else None
+    if node is None or claim is None:
+        draw_other(layout, context, node)
+        return
+    column = layout.column()
+    column.enabled = node.id_data.is_editable and not refusal(material)
+    draw_sockets(column, node)
+    if LEAST_FOR in node.node_tree:
+        column.label(text="Simplified", icon="INFO")
+        _caption(column, "Editing a socket brings the whole group back")
+    if claim.follows_lamps:
+        _section(layout, "lamps", "Lamps", lambda body: draw_lamps(body, context.scene))
+    _section(layout, "plot", "Plot", lambda body: draw_plots(body, context, claim))
+    _section(layout, "accuracy", "Accuracy", lambda body: draw_accuracy(body, context, material, claim, claim_of(material)))
+    _section(layout, "tolerance", "Tolerance", lambda body: draw_tolerance(body, context.scene))
+    row = layout.row(align=True)
+    row.operator(TRUE_DIFFUSE_OT_simplify.bl_idname)
+    row.operator(TRUE_DIFFUSE_OT_restore.bl_idname, text="Restore")
+
+
+def _section(layout: bpy.types.UILayout, key: str, title: str, draw: Callable[[bpy.types.UILayout], None]) -> None:
+    """Draw what can be folded away under its `title`."""
+    header, body = layout.panel(f"true_diffuse_{key}")
+    header.label(text=title)
+    if body:
+        draw(body)
+
+
+def draw_other(layout: bpy.types.UILayout, context: bpy.types.Context, node: bpy.types.Node | None) -> None:
+    """Draw what there is to a material without a group of ours, or with one that another version made."""
+    if node is not None:
+        layout.label(text=f"{node.node_tree.name} is of another version", icon="ERROR")
+        layout.operator(TRUE_DIFFUSE_OT_upgrade.bl_idname)
+        return
+    layout.label(text="Not a True Diffuse material")
+    in_shader_editor = context.space_data is not None and context.space_data.type == "NODE_EDITOR"
+    if in_shader_editor:
+        layout.operator(TRUE_DIFFUSE_OT_convert_nodes.bl_idname)
+    else:
+        layout.operator(TRUE_DIFFUSE_OT_convert.bl_idname, text="Use True Diffuse")
+
+
+def draw_sockets(layout: bpy.types.UILayout, node: bpy.types.Node) -> None:
+    """Draw the node's inputs as the node editor does; those that do nothing by the model chosen are dimmed."""
+    layout.menu(TRUE_DIFFUSE_MT_apply.bl_idname)
+    for socket in node.inputs:
+        row = layout.column(align=True)
+        row.active = not socket.is_inactive
+        if socket.is_linked:
+            source = socket.links[0].from_node
+            split = row.split(factor=0.4)
+            name = split.row()
+            name.alignment = "RIGHT"
+            name.label(text=socket.name)
+            split.label(text=source.label or source.name, icon="LINKED")
+        elif socket.name == "Mean Free Path":
+            row.label(text=f"{socket.name} [mm]")
+            for index, channel in enumerate(CHANNELS):
+                row.prop(socket, "default_value", index=index, text=channel)
+        elif not socket.hide_value and hasattr(socket, "default_value"):
+            row.prop(socket, "default_value", text=socket.name)
+
+
+def draw_plots(layout: bpy.types.UILayout, context: bpy.types.Context, claim: "Claim") -> None:
+    """Draw the lobe, and the profile below the surface where there is one, each with what its axes are."""
+    from ..claims import engine_of
+    from ..nodes import SUBSURFACE
+
+    engine = engine_of(context.scene)
+    key = (claim.group, *sorted((name, value) for name, value in claim.inputs.items() if name != "Normal"))
+    is_below = claim.group == SUBSURFACE.key
+    if is_below and claim.number("Subsurface") > 0.0:
+        _plot(layout, context, plots.icon(("profile", key), lambda: plots.profile(claim)))
+        _caption(
+            layout,
+            "Light by distance from where it enters",
+            f"Across: 0 to {plots.profile_reach(claim):.3g} mm",
+            f"Up: R(r) [1/mm²], {plots.DECADES} decades",
+        )
+    if not is_below or claim.number("Subsurface") < 1.0:
+        _plot(layout, context, plots.icon(("lobe", engine and engine.key, key), lambda: plots.lobe(claim, engine)))
+        lights = " / ".join(f"{degrees:g}°" for degrees, _ in plots.LIGHTS)
+        _caption(
+            layout,
+            f"Dots: light at {lights}",
+            "Across: view from -90° to 90°",
+            f"Up: radiance, 0 to {plots.TOP:g} times Lambert's",
+            f"Solid: {claim.label}",
+            *([f"Dashed: its lobes in {engine.label}"] if engine and claim.scheme(engine) else []),
+            "Gray: Lambert",
+        )
+
+
+def _plot(layout: bpy.types.UILayout, context: bpy.types.Context, icon: int) -> None:
+    unit = 20.0 * context.preferences.system.ui_scale
+    width = context.region.width / unit if context.region else WIDEST
+    layout.template_icon(icon, scale=max(NARROWEST, min(WIDEST, width - 3.0)))
+
+
+def _caption(layout: bpy.types.UILayout, *lines: str) -> None:
+    column = layout.column(align=True)
+    column.scale_y = 0.75
+    for line in lines:
+        column.label(text=line)
+
+
+def draw_accuracy(
+    layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material, claim: "Claim", surface: "Claim | None"
+) -> None:
+    """Draw the error that the formulas state, and what was measured last of the material's `surface`."""
+    from ..claims import stated_error
+
+    layout.label(text=stated_error(claim, context.scene) or "Measure to know", icon="INFO")
+    layout.operator(TRUE_DIFFUSE_OT_measure.bl_idname)
+    finding = findings.get(material.session_uid)
+    if finding is None:
+        return
+    column = layout.column(align=True)
+    column.scale_y = 0.85
+    if not finding.is_of(surface, context.scene):
+        column.label(text="Outdated: other settings", icon="ERROR")
+        column.active = False
+    for line in finding.lines():
+        column.label(text=line)
+
+
+def draw_lamps(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
+    """Draw the scene's lights to pick from."""
+    from ..nodes import lamps
+
+    chosen = lamps.chosen()
+    lights = [item for item in scene.objects if item.type == "LIGHT"]
+    layout.label(text=f"{len(chosen)} of up to {lamps.SLOTS} followed" if lights else "The scene has no light")
+    column = layout.column(align=True)
+    for light in lights:
+        is_chosen = light in chosen
+        row = column.row()
+        row.enabled = is_chosen or len(chosen) < lamps.SLOTS
+        icon = "CHECKBOX_HLT" if is_chosen else "CHECKBOX_DEHLT"
+        row.operator(TRUE_DIFFUSE_OT_toggle_lamp.bl_idname, text=light.name, icon=icon, depress=is_chosen).light = light.name
+    for light in chosen:
+        if light not in lights:
+            column.label(text=f"{light.name} is not in this scene", icon="ERROR")
+    if lamps.LAMPS.trees(linked=True):
+        layout.label(text="Linked materials keep theirs", icon="LINKED")
+    layout.operator(TRUE_DIFFUSE_OT_choose_lamps.bl_idname)
+
+
+def draw_tolerance(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
+    """Draw the error to stay below and the button that picks modes and samples for it."""
+    layout.prop(scene.true_diffuse, "error")
+    layout.operator(TRUE_DIFFUSE_OT_use_tolerance.bl_idname)
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (TRUE_DIFFUSE_MT_apply, TRUE_DIFFUSE_PT_material, TRUE_DIFFUSE_PT_node, TRUE_DIFFUSE_PT_scene)
+)

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The plots in the panels, drawn in plain Python into previews: a lobe over the angle of view, the radial profile below a surface.
+
+On a dark ground of their own, so that they look the same in every theme. Each is drawn once for what it shows and then kept.
+"""
+
+import math
+from array import array
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import bpy
+import bpy.utils.previews
+
+if TYPE_CHECKING:
+    from ..claims import Claim
+    from ..engines import Engine
+
+type Color = tuple[int, int, int]
+type Points = Sequence[tuple[float, float]]
+
+SIZE = 192  # pixels each way
+BORDER = 8.0  # pixels around the axes
+GROUND, GRID, AXIS, IDEAL = (38, 38, 40), (62, 62, 66), (120, 120, 124), (150, 150, 154)
+LIGHTS: tuple[tuple[float, Color], ...] = ((0.0, (240, 240, 236)), (30.0, (255, 190, 90)), (60.0, (100, 180, 255)))
+CHANNELS: tuple[Color, ...] = ((255, 105, 95), (110, 215, 110), (110, 155, 255))
+LINE, THIN = 1.1, 0.6  # half widths in pixels
+STEP = 3  # degrees between views
+VIEW = 87  # the last view drawn [degrees]
+DASH = 2  # of the points on, and as many off
+TOP = 1.5  # of the lobe's axis: radiance over Lambert's, both lit head on
+DECADES = 4  # of the profile's axis
+SHARE = 0.95  # of the light of the widest channel: as far as the profile's axis goes
+PROFILE_POINTS = 60
+KEPT = 32  # plots
+
+_plots: bpy.utils.previews.ImagePreviewCollection  # while the extension is registered
+_keys: dict[object, str] = {}  # what is drawn, the oldest first, by the name of its preview
+
+
+class Canvas:
+    """A square picture with its axes; x and y of what is drawn are shares of them, from the bottom left."""
+
+    def __init__(self) -> None:
+        self.pixels = bytearray(bytes((*GROUND, 255)) * (SIZE * SIZE))
+
+    def place(self, x: float, y: float) -> tuple[float, float]:
+        """Return the pixel of a point of the axes."""
+        room = SIZE - 1.0 - 2.0 * BORDER
+        return BORDER + room * x, BORDER + room * y
+
+    def line(self, points: Points, color: Color, half: float = LINE) -> None:
+        """Draw a line through `points`."""
+        placed = [self.place(x, y) for x, y in points]
+        for (x0, y0), (x1, y1) in pairwise(placed):
+            self._segment(x0, y0, x1, y1, color, half)
+
+    def dashes(self, points: Points, color: Color, half: float = LINE) -> None:
+        """Draw a line through `points` of which every other piece is left out."""
+        for first in range(0, len(points) - 1, 2 * DASH):
+            self.line(points[first : first + DASH + 1], color, half)
+
+    def dot(self, x: float, y: float, color: Color, radius: float = 4.0) -> None:
+        """Draw a disc."""
+        x, y = self.place(x, y)
+        self._segment(x, y, x, y, color, radius)
+
+    def _segment(self, x0: float, y0: float, x1: float, y1: float, color: Color, half: float) -> None:
+        """Draw a piece of a line: each pixel is covered by as much as its center is nearer than half a pixel beyond the edge."""
+        pixels, reach = self.pixels, half + 0.5
+        dx, dy = x1 - x0, y1 - y0
+        square = dx * dx + dy * dy
+        red, green, blue = color
+        left, right = max(0, math.ceil(min(x0, x1) - reach)), min(SIZE - 1, math.floor(max(x0, x1) + reach))
+        bottom, top = max(0, math.ceil(min(y0, y1) - reach)), min(SIZE - 1, math.floor(max(y0, y1) + reach))
+        for y in range(bottom, top + 1):
+            for x in range(left, right + 1):
+                t = ((x - x0) * dx + (y - y0) * dy) / square if square > 0.0 else 0.0
+                t = 0.0 if t < 0.0 else min(t, 1.0)
+                cover = reach - math.hypot(x - x0 - t * dx, y - y0 - t * dy)
+                if cover > 0.0:
+                    cover = min(cover, 1.0)
+                    at = 4 * (y * SIZE + x)
+                    pixels[at] += int((red - pixels[at]) * cover)
+                    pixels[at + 1] += int((green - pixels[at + 1]) * cover)
+                    pixels[at + 2] += int((blue - pixels[at + 2]) * cover)
+
+
+def lobe(claim: "Claim", engine: "Engine | None") -> Canvas:
+    """Draw radiance over the angle of view, in the plane of the light, for lights at LIGHTS, and dashed the lobes of `engine`.
+
+    Gray lines are Lambert's. Views from -90 to 90 degrees; a dot marks where each light stands. The color's luminance counts.
+    """
+    from ..measure.error import LUMINANCE
+    from ..models.lobes import Rendered
+    from ..models.quadrature import NORMAL
+    from ..models.vector import Vector
+
+    def towards(degrees: float) -> Vector:
+        angle = math.radians(degrees)
+        return math.sin(angle), 0.0, math.cos(angle)
+
+    albedo = min(1.0, max(0.02, sum(w * c for w, c in zip(LUMINANCE, claim.rgb("Color"), strict=True))))
+    scheme = claim.scheme(engine) if engine else None
+    shown = Rendered(claim.model, scheme) if scheme else None
+    canvas = _axes(3)
+    for degrees, color in LIGHTS:
+        l = towards(degrees)
+
+        def curve(radiance: Callable[[Vector, Vector, Vector, float], float], l: Vector = l) -> Points:
+            views = range(-VIEW, VIEW + 1, STEP)
+            values = (math.pi * radiance(NORMAL, l, towards(view), albedo) / albedo / TOP for view in views)
+            return [(0.5 + view / 180.0, min(1.05, value)) for view, value in zip(views, values, strict=True)]
+
+        ideal = math.cos(math.radians(degrees)) / TOP
+        canvas.line([(0.0, ideal), (1.0, ideal)], IDEAL, THIN)
+        canvas.line(curve(claim.model.radiance), color)
+        if shown:
+            red, green, blue = (channel // 2 + 50 for channel in color)
+            canvas.dashes(curve(shown.radiance), (red, green, blue))
+        canvas.dot(0.5 + degrees / 180.0, 0.0, color)
+    return canvas
+
+
+def profile_reach(claim: "Claim") -> float:
+    """Return the distance [mm] to which the plot of the profile goes: SHARE of the widest channel's light comes out nearer."""
+    return max(burley.radius(SHARE) for burley in _profiles(claim))
+
+
+def profile(claim: "Claim") -> Canvas:
+    """Draw R(r) of each channel times its color over the distance r, on a scale of DECADES, from 0 to `profile_reach`."""
+    canvas, reach, color = _axes(DECADES), profile_reach(claim), claim.rgb("Color")
+    curves = []
+    for channel, burley in zip(color, _profiles(claim), strict=True):
+        radii = [reach * ((k + 0.5) / PROFILE_POINTS) ** 2 for k in range(PROFILE_POINTS)] + [reach]
+        curves.append([(r / reach, channel * burley.profile(r)) for r in radii])
+    highest = max((value for curve in curves for x, value in curve if x >= 1e-3), default=0.0)
+    for curve, shade in zip(curves, CHANNELS, strict=True):
+        seen = [(x, 1.0 + math.log10(value / highest) / DECADES) for x, value in curve if value > 0.0]
+        canvas.line([(x, y) for x, y in seen if 0.0 <= y <= 1.02], shade)
+    return canvas
+
+
+def _profiles(claim: "Claim") -> list:
+    """Return the profile of each channel: what a random walk gives, as `models/conversion.py` says."""
+    from ..models import EDGE_WIDTH_25_75, Burley, edge_width
+
+    lengths, scale = claim.rgb("Mean Free Path"), claim.number("Scale")
+    colors = claim.rgb("Color")
+    return [Burley(length * scale * edge_width(color) / EDGE_WIDTH_25_75) for length, color in zip(lengths, colors, strict=True)]
+
+
+def _axes(rows: int) -> Canvas:
+    """Return a canvas with a grid of 6 columns and some rows."""
+    canvas = Canvas()
+    for k in range(1, 6):
+        canvas.line([(k / 6, 0.0), (k / 6, 1.0)], GRID, THIN)
+    for k in range(1, rows + 1):
+        canvas.line([(0.0, k / rows), (1.0, k / rows)], GRID, THIN)
+    canvas.line([(0.0, 0.0), (1.0, 0.0)], AXIS, THIN)
+    canvas.line([(0.0, 0.0), (0.0, 1.0)], AXIS, THIN)
+    return canvas
+
+
+def icon(key: object, draw: Callable[[], Canvas]) -> int:
+    """Return the icon of the plot that `draw` makes; it is drawn anew only where that of `key` is no longer kept."""
+    name = _keys.pop(key, None)
+    if name is None:
+        name = _keys.pop(next(iter(_keys))) if len(_keys) >= KEPT else str(len(_keys))
+        preview = _plots.get(name) or _plots.new(name)
+        preview.image_size = SIZE, SIZE
+        preview.image_pixels.foreach_set(array("i", bytes(draw().pixels)))
+    _keys[key] = name
+    return _plots[name].icon_id
+
+
+def register() -> None:
+    global _plots
+    _plots = bpy.utils.previews.new()
+
+
+def unregister() -> None:
+    _keys.clear()
+    bpy.utils.previews.remove(_plots)

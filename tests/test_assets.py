@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The asset library: what is in it, that adding it leaves the open file alone, and that its materials share one group."""
+
+import re
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+
+import bpy
+
+import pytest
+from true_diffuse.addon import assets
+from true_diffuse.addon.appended import FILE
+from true_diffuse.addon.marks import STAMP
+from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE
+from true_diffuse.addon.presets import PRESETS
+
+pytestmark = pytest.mark.usefixtures("empty_file")
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    folder = tmp_path_factory.mktemp("library") / "assets"
+    assets.add(folder)
+    assert assets.registered(folder).name == "True Diffuse"
+    yield folder
+    assets.remove(folder)
+
+
+def append(library: Path, kind: str, name: str) -> None:
+    assert bpy.ops.wm.append(directory=str(library / FILE / kind), filename=name) == {"FINISHED"}
+
+
+def test_holds_a_material_of_each_preset_and_the_groups(library: Path) -> None:
+    with bpy.data.libraries.load(str(library / FILE), assets_only=True) as (source, _):
+        assert set(source.materials) == {preset.name for preset in PRESETS.values()}
+        assert set(source.node_groups) == {group.name for group in GROUPS}
+
+
+def test_assets_have_catalog_tags_description_and_picture(library: Path) -> None:
+    lines = (library / assets.CATALOG_FILE).read_text().splitlines()
+    paths = dict(line.split(":")[:2] for line in lines if re.match(r"[0-9a-f-]{36}:", line))
+    assert lines[0] == "VERSION 1" and all(uuid.UUID(identity).version == 4 for identity in paths)
+    with bpy.data.libraries.load(str(library / FILE), link=True, assets_only=True) as (source, target):
+        target.materials, target.node_groups = source.materials, source.node_groups
+    kinds = {preset.name: preset.kind for preset in PRESETS.values()}
+    for item in (*target.materials, *target.node_groups):
+        about = item.asset_data
+        assert paths[about.catalog_id] == f"True Diffuse/{kinds.get(item.name, 'Node Groups')}"
+        assert "True Diffuse" in about.tags and len(about.description) > 10 and about.author and about.license
+        assert min(item.preview.image_size) >= 128 and len(set(item.preview.image_pixels)) > 100  # neither empty nor of one color
+
+
+def test_adding_it_leaves_the_open_file_alone_and_registers_once(library: Path) -> None:
+    bpy.data.materials.new("Marble")
+    names = [item.name for item in bpy.data.user_map()]
+    libraries = bpy.context.preferences.filepaths.asset_libraries
+    libraries.new(name="True Diffuse", directory=str(library))
+    before = len(libraries)
+    assets.add(library)
+    assert len(libraries) == before
+    assert [item.name for item in bpy.data.user_map()] == names
+    assert {path.name for path in library.iterdir()} == {FILE, assets.CATALOG_FILE}
+
+
+def test_removing_it_takes_its_entry_and_its_files(tmp_path: Path) -> None:
+    folder = tmp_path / "assets"
+    folder.mkdir()
+    (folder / FILE).write_bytes(b"")
+    libraries = bpy.context.preferences.filepaths.asset_libraries
+    before = len(libraries)
+    libraries.new(name="True Diffuse", directory=str(folder))
+    assets.remove(folder)
+    assert len(libraries) == before and assets.registered(folder) is None and not folder.exists()
+
+
+def test_folder_that_cannot_be_written_is_said_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(assets.AssetsFailed, match="Cannot write"):
+        assets.add(tmp_path / "file" / "assets")
+
+
+@pytest.mark.usefixtures("registered")
+def test_appended_materials_are_local_and_share_the_file_s_group(library: Path, tmp_path: Path) -> None:
+    own = ROUGH_DIFFUSE.ensure()
+    for name in ("Clay", "Chalk", "Moon"):
+        append(library, "Material", name)
+    for made in bpy.data.materials:
+        assert made.is_editable and made.node_tree.nodes[ROUGH_DIFFUSE.name].node_tree == own
+    sigma = PRESETS["clay"].inputs["Roughness"]
+    assert bpy.data.materials["Clay"].node_tree.nodes[ROUGH_DIFFUSE.name].inputs["Roughness"].default_value == pytest.approx(sigma)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
+    stamps = [tree[STAMP] for tree in bpy.data.node_groups if STAMP in tree]
+    assert len(stamps) == len(set(stamps)) > 5  # one tree for each group, no copies
+
+
+@pytest.mark.usefixtures("registered")
+def test_a_group_that_the_user_changed_stays_its_own(library: Path) -> None:
+    own = ROUGH_DIFFUSE.ensure()
+    own.nodes.new("ShaderNodeValue")
+    append(library, "Material", "Clay")
+    assert bpy.data.materials["Clay"].node_tree.nodes[ROUGH_DIFFUSE.name].node_tree != own
+
+
+@pytest.mark.usefixtures("registered")
+def test_group_asset_can_be_appended_beside_one_of_the_user_s_with_its_name(library: Path) -> None:
+    theirs = bpy.data.node_groups.new("Subsurface", "ShaderNodeTree")
+    append(library, "NodeTree", "Subsurface")
+    assert not theirs.nodes and [tree for tree in bpy.data.node_groups if tree.get(STAMP, "").startswith("subsurface/")]

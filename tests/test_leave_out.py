@@ -1,0 +1,570 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Leaving out what a scene does not need: the arithmetic, the same picture, and that every change brings back what it needs."""
+
+import math
+from collections.abc import Generator
+from pathlib import Path
+
+import bpy
+
+import mpmath
+import pytest
+import true_diffuse
+from hypothesis import given
+from hypothesis import strategies as st
+from true_diffuse.addon import engines, materials, usd
+from true_diffuse.addon.leave_out import arithmetic
+from true_diffuse.addon.leave_out.check import check
+from true_diffuse.addon.leave_out.simplify import Finding, remove_unused, restore, simplify
+from true_diffuse.addon.marks import LEAST_FOR
+from true_diffuse.addon.measure import error, render
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group, lamps
+from true_diffuse.addon.osl import compiles_osl
+from true_diffuse.scenes.sphere import SphereUnderSun, sphere_under_sun
+
+pytestmark = pytest.mark.usefixtures("empty_file")
+FILE = "file of materials.blend"
+
+numbers = st.floats(-1e3, 1e3).map(lambda x: round(x, 6))
+vectors = st.tuples(numbers, numbers, numbers)
+
+
+@pytest.fixture
+def registered() -> Generator[None]:
+    """Blender with the extension's operators and handlers."""
+    true_diffuse.register()
+    yield
+    true_diffuse.unregister()
+
+
+in_blender = pytest.mark.usefixtures("registered")
+
+
+def node_of(material: bpy.types.Material) -> bpy.types.Node:
+    return next(node for node in material.node_tree.nodes if node.type == "GROUP")
+
+
+def shown(group: Group, **inputs: materials.Setting) -> tuple[SphereUnderSun, bpy.types.Node]:
+    """Return a small sphere of a new material, and the material's node."""
+    sphere = sphere_under_sun(16)
+    material = materials.create("Shown", group, **inputs)
+    sphere.sphere.data.materials[0] = material
+    return sphere, node_of(material)
+
+
+def is_least(node: bpy.types.Node) -> bool:
+    return LEAST_FOR in node.node_tree
+
+
+def kinds(node: bpy.types.Node) -> list[str]:
+    """Return the closures and groups in a node's tree."""
+    names = (each.bl_idname.removeprefix("ShaderNode") for each in node.node_tree.nodes)
+    return sorted(name for name in names if name.startswith(("Bsdf", "Sub", "Script", "Group", "Emission")))
+
+
+def feed(node: bpy.types.Node, name: str) -> bpy.types.NodeSocket:
+    """Link a socket to a node that gives its own value; returns the output that does."""
+    socket, tree = node.inputs[name], node.id_data
+    if socket.type == "VECTOR":
+        source = tree.nodes.new("ShaderNodeCombineXYZ")
+        for part, value in zip(source.inputs, socket.default_value, strict=True):
+            part.default_value = value
+    else:
+        source = tree.nodes.new("ShaderNodeRGB" if socket.type == "RGBA" else "ShaderNodeValue")
+        source.outputs[0].default_value = socket.default_value
+    tree.links.new(source.outputs[0], socket)
+    return source.outputs[0]
+
+
+# What the nodes compute
+
+
+@given(numbers, numbers, numbers)
+def test_scalars_are_worked_out_as_by_the_formula(a: float, b: float, c: float) -> None:
+    expected = {
+        "ADD": mpmath.mpf(a) + b,
+        "SUBTRACT": mpmath.mpf(a) - b,
+        "MULTIPLY": mpmath.mpf(a) * b,
+        "DIVIDE": mpmath.mpf(a) / b if b else 0,
+        "MAXIMUM": b if b > a else a,
+        "MINIMUM": b if b < a else a,
+        "GREATER_THAN": int(a > b),
+        "LESS_THAN": int(a < b),
+    }
+    for operation, value in expected.items():
+        assert arithmetic.scalar(operation, a, b) == pytest.approx(float(value), rel=1e-15), operation
+    # the product is rounded before the sum is: to a share of the product, not of what cancellation leaves
+    assert arithmetic.scalar("MULTIPLY_ADD", a, b, c) == pytest.approx(
+        float(mpmath.mpf(a) * b + c), rel=1e-15, abs=2e-16 * abs(a * b)
+    )
+    single = {
+        "SQRT": mpmath.sqrt(max(a, 0)),
+        "ARCCOSINE": mpmath.acos(min(max(a, -1), 1)),
+        "COSINE": mpmath.cos(a),
+        "ABSOLUTE": abs(a),
+    }
+    for operation, value in single.items():
+        assert arithmetic.scalar(operation, a) == pytest.approx(float(value), rel=1e-14, abs=1e-15), operation
+
+
+@given(st.floats(1e-3, 1e3), st.floats(-5.0, 5.0))
+def test_powers_are_worked_out_as_by_the_formula(base: float, exponent: float) -> None:
+    assert arithmetic.scalar("POWER", base, exponent) == pytest.approx(float(mpmath.power(base, exponent)), rel=1e-13)
+
+
+@given(vectors, vectors, numbers)
+def test_vectors_are_worked_out_component_by_component(a, b, c: float) -> None:
+    assert arithmetic.vector("MULTIPLY", a, c) == tuple(x * c for x in a)
+    assert arithmetic.vector("ADD", c, b) == tuple(c + x for x in b)
+    exact = mpmath.fdot([mpmath.mpf(x) for x in a], b)
+    size = float(mpmath.fdot(map(abs, a), map(abs, b)))
+    assert arithmetic.vector("DOT_PRODUCT", a, b) == pytest.approx(float(exact), rel=1e-14, abs=1e-15 * size)
+    length = mpmath.sqrt(mpmath.fdot([mpmath.mpf(x) for x in a], a))
+    assert arithmetic.vector("LENGTH", a) == pytest.approx(float(length), rel=1e-14)
+    normal = arithmetic.vector("NORMALIZE", a)
+    assert normal == pytest.approx([float(x / length) if length else 0.0 for x in a], rel=1e-13)
+    across = arithmetic.vector("CROSS_PRODUCT", a, b)
+    scale = math.hypot(*a) * math.hypot(*b)
+    assert sum(x * y for x, y in zip(across, a, strict=True)) == pytest.approx(0.0, abs=1e-14 * scale * math.hypot(*a))
+    assert math.hypot(*across) ** 2 + float(exact) ** 2 == pytest.approx(scale**2, rel=1e-12, abs=1e-300)  # Lagrange's identity
+
+
+def test_arithmetic_never_fails() -> None:
+    nan = math.nan
+    assert arithmetic.scalar("DIVIDE", 1.0, 0.0) == 0.0
+    assert arithmetic.scalar("SQRT", -1.0) == 0.0
+    assert (arithmetic.scalar("ARCCOSINE", 2.0), arithmetic.scalar("ARCCOSINE", -2.0)) == (0.0, math.pi)
+    assert arithmetic.scalar("POWER", -1.0, 0.5) == 0.0
+    assert arithmetic.vector("NORMALIZE", (0.0, 0.0, 0.0)) == (0.0, 0.0, 0.0)
+    for low, high in ((0.0, 1.0), (1.0, 3.0)):  # Graph.clamp: NaN counts as the lowest value
+        assert arithmetic.scalar("MINIMUM", arithmetic.scalar("MAXIMUM", low, nan), high) == low
+
+
+# The same picture
+
+
+def rough(mode: str = "Lobes", **inputs: materials.Setting) -> tuple[Group, dict[str, materials.Setting]]:
+    return ROUGH_DIFFUSE, {"Mode": mode, "Color": (0.8, 0.5, 0.2, 1.0)} | inputs
+
+
+LOOKS: dict[str, tuple[Group, dict[str, materials.Setting]]] = {
+    "sigma 0": rough(Roughness=0.0),
+    "linked color": rough(),
+    "EON, driven roughness": rough(Model="EON"),
+    "one lobe, Wolff": rough("Single", Model="Wolff", Normal=(-0.5, -3.0, 0.2)),
+    "linked normal, of no length": rough(Roughness=0.5),
+    "two lamps, one dark": rough("Lamps", Roughness=0.5),
+    "specular": (SPECULAR_GROUP, {}),
+    "no scattering, no coat": (SUBSURFACE, {"Subsurface": 0.0, "Specular": 0.0}),
+    "scattering alone": (SUBSURFACE, {"Subsurface": 1.0, "Specular": 0.0, "Mean Free Path": (100.0, 50.0, 20.0)}),
+    "all layers": (SUBSURFACE, {"Subsurface": 0.5, "Mean Free Path": (100.0, 50.0, 20.0)}),
+}
+
+
+def all_looks() -> bpy.types.Scene:
+    """Return a scene with a ball of each look, lit by a sun; a second lamp is dark."""
+    sphere = sphere_under_sun(48)
+    dark = bpy.data.objects.new("Dark", bpy.data.lights.new("Dark", "POINT"))
+    dark.data.energy = 0.0
+    sphere.scene.collection.objects.link(dark)
+    sphere.sun.rotation_euler = (math.radians(50.0), 0.0, 0.3)
+    lamps.choose([sphere.sun, dark])
+    for place, (name, (group, inputs)) in enumerate(LOOKS.items()):
+        ball = bpy.data.objects.new(name, sphere.sphere.data)
+        ball.scale = (0.25,) * 3
+        ball.location = (place % 4 - 1.5) * 0.5, 0.0, (place // 4 - 1) * 0.5
+        sphere.scene.collection.objects.link(ball)
+        material = materials.create(name, group, **inputs)
+        ball.material_slots[0].link, ball.material_slots[0].material = "OBJECT", material
+        if name == "linked color":
+            materials.paint(material, node_of(material).inputs["Color"], "none", 1.0)
+            feed(node_of(material), "Color")
+        elif "normal" in name:
+            feed(node_of(material), "Normal")
+        elif "driven" in name:
+            driver = node_of(material).inputs["Roughness"].driver_add("default_value").driver
+            driver.expression = "0.1 + frame / 10"
+    bpy.data.objects.remove(sphere.sphere)
+    return sphere.scene
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("osl", [False, True])
+def test_picture_stays(engine: engines.Engine, osl: bool) -> None:
+    if osl and (engine is engines.EEVEE or not compiles_osl()):
+        pytest.skip("only Cycles has Open Shading Language, where Blender was built with it")
+    scene = all_looks()
+    scene.cycles.shading_system = osl
+    scene.frame_set(2)  # in the drivers' scene
+    _, whole = render.radiance(scene, engine, 4)
+    found = {finding.owner: finding for finding in simplify()}
+    assert set(LOOKS) <= set(found)
+    for finding in found.values():
+        assert finding.before and finding.after and finding.after.nodes < finding.before.nodes, finding
+    _, least = render.radiance(scene, engine, 4)
+    # The same samples of the same closures: what is left is rounding, in Cycles of 32 bits, in EEVEE of colors of 10 bits
+    assert error.difference(least, whole, range(48 * 48)) < (1e-4 if engine is engines.CYCLES else 1e-3)
+    # and a change of one of them would show
+    tree = node_of(bpy.data.materials["sigma 0"]).node_tree
+    closure = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBsdfDiffuse")
+    closure.inputs["Color"].default_value = (0.4, 0.5, 0.2, 1.0)
+    assert error.difference(render.radiance(scene, engine, 4)[1], whole, range(48 * 48)) > 0.01
+
+
+@pytest.mark.render
+def test_driven_and_keyed_sockets_stay_alive() -> None:
+    sphere, node = shown(ROUGH_DIFFUSE, Model="Fujii")
+    material = node.id_data
+    socket = node.inputs["Roughness"]
+    for frame, value in ((1, 0.0), (2, 1.0)):
+        socket.default_value = value
+        socket.keyframe_insert("default_value", frame=frame)
+    color = node.inputs["Color"].driver_add("default_value", 0).driver
+    color.expression = "frame / 2"
+
+    def pictures() -> list:
+        taken = []
+        for frame in (1, 2):
+            sphere.scene.frame_set(frame)
+            taken.append(render.radiance(sphere.scene, engines.CYCLES, 1)[1])
+        return taken
+
+    engines.use(sphere.scene, engines.CYCLES, 1)
+    whole = pictures()
+    (finding,) = simplify()
+    assert finding.after and material == node.id_data
+    least = pictures()
+    for before, after in zip(whole, least, strict=True):
+        assert error.difference(after, before, range(16 * 16)) < 1e-5
+    assert error.difference(whole[0], whole[1], range(16 * 16)) > 0.1
+
+
+# What is left
+
+
+def test_closures_that_are_left() -> None:
+    sphere = sphere_under_sun(16)
+    lambert = ["BsdfDiffuse"]
+    for engine, group, inputs, left in (
+        (engines.EEVEE, ROUGH_DIFFUSE, {"Roughness": 0.0}, lambert),
+        (engines.CYCLES, ROUGH_DIFFUSE, {"Roughness": 0.0, "Mode": "Lamps"}, lambert),
+        (engines.CYCLES, ROUGH_DIFFUSE, {"Roughness": 0.0, "Model": "EON"}, lambert),
+        (engines.CYCLES, ROUGH_DIFFUSE, {}, lambert * 2),  # Fujii's lobe and the one away
+        (engines.CYCLES, ROUGH_DIFFUSE, {"Color": (0.0, 0.0, 0.0, 1.0)}, []),
+        (engines.CYCLES, SUBSURFACE, {"Subsurface": 0.0, "Specular": 0.0, "Model": "Lambert"}, lambert),
+        (engines.EEVEE, SUBSURFACE, {"Specular": 0.0, "Scale": 1000.0}, ["SubsurfaceScattering"]),
+        (engines.EEVEE, SUBSURFACE, {"Specular": 0.0, "Scale": 0.0}, lambert),
+        (engines.EEVEE, SUBSURFACE, {"Subsurface": 0.0, "Model": "Lambert"}, ["BsdfAnisotropic", *lambert]),
+        (engines.EEVEE, SPECULAR_GROUP, {"Specular": 0.0}, lambert),
+    ):
+        material = materials.create("Shown", group, **inputs)
+        sphere.sphere.data.materials[0] = material
+        engines.use(sphere.scene, engine, 1)
+        (finding,) = simplify()
+        assert kinds(node_of(material)) == left, (engine.key, inputs)
+        assert finding.after and finding.after.closures == len(left)
+
+
+def test_open_shading_language_stays_where_it_is_nearer() -> None:
+    if not compiles_osl():
+        pytest.skip("this Blender cannot compile OSL")
+    sphere, node = shown(ROUGH_DIFFUSE)
+    engines.use(sphere.scene, engines.CYCLES, 1)
+    for osl, model, left in (
+        (True, "Oren-Nayar", ["Script"]),
+        (True, "Cycles Diffuse", ["BsdfDiffuse"]),  # Cycles has it
+        (True, "Lambert", ["BsdfDiffuse"]),
+        (False, "Fujii", ["BsdfDiffuse"]),
+    ):
+        sphere.scene.cycles.shading_system, node.inputs["Model"].default_value = osl, model
+        simplify()
+        assert kinds(node) == left, model
+
+
+def test_engines_of_all_scenes_are_served() -> None:
+    sphere, node = shown(ROUGH_DIFFUSE)
+    other = bpy.data.scenes.new("Other")
+    other.render.engine = "CYCLES"
+    simplify()
+    eevee = kinds(node)
+    empty = bpy.data.objects.new("Instance", None)  # shows the sphere in the other scene, by its collection
+    empty.instance_type, empty.instance_collection = "COLLECTION", bpy.data.collections.new("Shared")
+    empty.instance_collection.objects.link(sphere.sphere)
+    other.collection.objects.link(empty)
+    simplify()
+    assert eevee == ["BsdfDiffuse", "BsdfTranslucent", "SubsurfaceScattering"]
+    assert kinds(node) == sorted([*eevee, "BsdfDiffuse", "BsdfDiffuse"])
+
+
+def test_scene_with_nothing_to_leave_out_is_untouched() -> None:
+    sphere, node = shown(SPECULAR_GROUP)
+    for socket in node.inputs:
+        feed(node, socket.name)
+    other = sphere.scene.copy()
+    other.render.engine = "CYCLES"
+    trees = [(tree.name, tree.as_pointer()) for tree in bpy.data.node_groups]
+    (finding,) = simplify()
+    assert finding.before == finding.after and finding.why == ("nothing to leave out",)
+    assert [(tree.name, tree.as_pointer()) for tree in bpy.data.node_groups] == trees
+
+
+def test_equal_uses_share_a_tree() -> None:
+    sphere, node = shown(ROUGH_DIFFUSE)
+    twin = materials.create("Twin", ROUGH_DIFFUSE)
+    sphere.sphere.data.materials.append(twin)
+    simplify()
+    assert node.node_tree == node_of(twin).node_tree and is_least(node)
+
+
+def test_lamps_that_shine_nowhere_lose_their_slots() -> None:
+    sphere, node = shown(ROUGH_DIFFUSE, Mode="Lamps")
+    off = [bpy.data.objects.new(name, bpy.data.lights.new(name, "POINT")) for name in ("Absent", "Hidden", "Dark")]
+    for light in off[1:]:
+        sphere.scene.collection.objects.link(light)
+    off[1].hide_render, off[2].data.energy = True, 0.0
+    lamps.choose([sphere.sun, *off])
+    (finding,) = simplify()
+    assert "lamps 2, 3, 4 (no light shines there)" in finding.why
+    (group,) = (each for each in node.node_tree.nodes if each.bl_idname == "ShaderNodeGroup")
+    assert {output.name for output in group.outputs if output.is_linked} == {"L 1", "E 1"}
+    off[2].data.energy = 1.0
+    assert check(sphere.scene) == 1 and not is_least(node)
+
+
+# Scattering that nobody sees
+
+
+def scatters(finding: Finding) -> bool:
+    return "scattering (it blurs less than half a pixel)" not in finding.why
+
+
+def test_scattering_goes_where_it_blurs_less_than_half_a_pixel() -> None:
+    # White matter's edge is 2.44 mean free paths wide from 25 to 75 % (models.conversion.WIDTH at color 1), and 3.105 times that
+    # from 10 to 90 % (Burley's profile, tests/test_subsurface_models.py). The sphere is in front of a 125 mm lens on a 36 mm frame:
+    # at its nearest point, 7 m off, a picture of 16 pixels has pixels of 7 x 36 / 125 / 16 = 0.126 m.
+    half_a_pixel = 1000.0 * 0.5 * 7.0 * 36.0 / 125.0 / 16.0 / (2.44 * 3.105)
+    sphere, node = shown(SUBSURFACE, Color=(1.0, 1.0, 1.0, 1.0))
+    for share, seen in ((0.95, False), (1.05, True)):
+        node.inputs["Mean Free Path"].default_value = (share * half_a_pixel, 0.0, 0.0)
+        (finding,) = simplify()
+        assert scatters(finding) == seen
+    camera = sphere.scene.camera.data
+    camera.type, camera.ortho_scale = "ORTHO", 7.0 * 36.0 / 125.0  # the same pixel
+    for share, seen in ((0.95, False), (1.05, True)):
+        node.inputs["Mean Free Path"].default_value = (0.0, share * half_a_pixel, 0.0)
+        (finding,) = simplify()
+        assert scatters(finding) == seen
+
+
+def test_every_camera_and_frame_counts() -> None:
+    sphere, _ = shown(SUBSURFACE)  # millimetres: far below a pixel
+    scene = sphere.scene
+    assert not scatters(simplify()[0])
+    camera = scene.camera
+    for frame, distance in ((1, 8.0), (10, 1.01), (20, 8.0)):
+        camera.location.y = -distance
+        camera.keyframe_insert("location", frame=frame)
+    scene.frame_set(5, subframe=0.25)
+    scene.frame_end = 5  # some 5 m away
+    before = scene.frame_current, scene.frame_subframe
+    assert not scatters(simplify()[0]) and (scene.frame_current, scene.frame_subframe) == before
+    scene.frame_end = 20
+    assert scatters(simplify()[0])
+    camera.animation_data_clear()
+    camera.location.y = -8.0
+    assert not scatters(simplify()[0])
+    near = camera.copy()
+    near.location.y = -1.01
+    scene.collection.objects.link(near)
+    scene.timeline_markers.new("Cut", frame=3).camera = near
+    assert scatters(simplify()[0])
+
+
+@in_blender
+def test_camera_that_comes_near_brings_scattering_back() -> None:
+    sphere, node = shown(SUBSURFACE)
+    simplify()
+    sphere.scene.camera.location.y = -7.9
+    sphere.scene.view_layers[0].update()
+    assert is_least(node)
+    sphere.scene.camera.location.y = -1.01
+    sphere.scene.view_layers[0].update()
+    assert not is_least(node)
+
+
+# Changes bring back what they need
+
+
+def set_socket(_scene: bpy.types.Scene, node: bpy.types.Node) -> None:
+    node.inputs["Roughness"].default_value = 0.7
+
+
+def set_menu(_scene: bpy.types.Scene, node: bpy.types.Node) -> None:
+    node.inputs["Model"].default_value = "EON"
+
+
+def link_socket(_scene: bpy.types.Scene, node: bpy.types.Node) -> None:
+    feed(node, "Color")
+
+
+def key_socket(_scene: bpy.types.Scene, node: bpy.types.Node) -> None:
+    node.inputs["Roughness"].keyframe_insert("default_value", frame=1)
+
+
+def set_engine(scene: bpy.types.Scene, _node: bpy.types.Node) -> None:
+    scene.render.engine = "CYCLES"
+
+
+@in_blender
+def test_change_restores() -> None:
+    sphere, node = shown(ROUGH_DIFFUSE)
+    for change in (set_socket, set_menu, link_socket, key_socket, set_engine):
+        simplify()
+        sphere.scene.view_layers[0].update()
+        assert is_least(node)
+        change(sphere.scene, node)
+        sphere.scene.view_layers[0].update()
+        assert not is_least(node), change.__name__
+
+
+@pytest.mark.render
+@in_blender
+def test_script_that_changes_the_engine_and_renders_gets_the_right_picture() -> None:
+    sphere, node = shown(ROUGH_DIFFUSE, Model="EON", Roughness=1.0)
+    _, whole = render.radiance(sphere.scene, engines.CYCLES, 1)
+    sphere.scene.render.engine = engines.EEVEE.identifier
+    simplify()
+    assert is_least(node)
+    _, least = render.radiance(sphere.scene, engines.CYCLES, 1)
+    assert least == whole
+
+
+def test_settings_stay() -> None:
+    inputs = {"Model": "EON", "Mode": "Single", "Color": (0.25, 0.5, 0.75, 1.0), "Roughness": 0.125, "IOR": 2.0}
+    _, node = shown(ROUGH_DIFFUSE, **inputs)
+    source = feed(node, "Normal")
+    whole = node.node_tree
+
+    def settings() -> dict[str, object]:
+        values = ((socket.name, socket.default_value) for socket in node.inputs if socket.name in inputs)
+        return {name: value if isinstance(value, (str, float)) else tuple(value) for name, value in values}
+
+    simplify()
+    assert settings() == inputs and node.inputs["Normal"].links[0].from_socket == source
+    node.inputs["Model"].default_value = "Wolff"  # the menu still knows all entries
+    node.inputs["Model"].default_value = "EON"
+    assert restore() == 1
+    assert settings() == inputs and node.inputs["Normal"].links[0].from_socket == source and node.node_tree == whole
+
+
+@in_blender
+def test_operators_are_undone_and_redone() -> None:
+    shown(ROUGH_DIFFUSE)
+    assert not bpy.ops.true_diffuse.restore.poll()
+    bpy.ops.ed.undo_push(message="before")
+    assert bpy.ops.true_diffuse.simplify() == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="after")
+
+    def least() -> bool:  # undo makes new pointers
+        return is_least(node_of(bpy.data.materials["Shown"]))
+
+    assert least()
+    bpy.ops.ed.undo()
+    assert not least()
+    bpy.ops.ed.redo()
+    assert least()
+    assert bpy.ops.true_diffuse.restore() == {"FINISHED"} and not least()
+
+
+# Files
+
+
+def save(folder: Path) -> str:
+    path = str(folder / FILE)
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    return path
+
+
+@in_blender
+def test_simplified_file_is_loaded_as_it_was(tmp_path: Path) -> None:
+    sphere, _ = shown(ROUGH_DIFFUSE, Mode="Lamps")
+    lamps.choose([sphere.sun])
+    simplify()
+    remove_unused()
+    path = save(tmp_path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    node = node_of(bpy.data.materials["Shown"])
+    assert is_least(node)
+    restore()
+    assert not is_least(node) and node.node_tree == ROUGH_DIFFUSE.ensure()
+    assert [light.name for light in lamps.chosen()] == ["Sun"]
+
+
+def test_unused_groups_are_not_saved(tmp_path: Path) -> None:
+    _, node = shown(ROUGH_DIFFUSE)
+    SUBSURFACE.ensure()
+    simplify()
+    remove_unused()
+    path, name = save(tmp_path), node.node_tree.name
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    with bpy.data.libraries.load(path) as (source, _):
+        assert source.node_groups == [name]
+
+
+def test_linked_and_overridden_materials_are_refused(tmp_path: Path) -> None:
+    shown(ROUGH_DIFFUSE)
+    path = save(tmp_path)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    with bpy.data.libraries.load(path, link=True) as (source, target):
+        target.materials = source.materials
+    linked = bpy.data.materials["Shown"]
+    overridden = linked.override_create()
+    mesh = bpy.data.meshes.new("Mesh")
+    for material in (linked, overridden):
+        mesh.materials.append(material)
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Object", mesh))
+    found = simplify()
+    assert [finding.after for finding in found] == [None, None]
+    said = {finding.why[0].split(FILE)[0].split("/")[0] for finding in found}
+    assert said == {"left alone: linked from ", "left alone: a library override"}
+
+
+def test_edited_groups_are_refused() -> None:
+    _, node = shown(ROUGH_DIFFUSE)
+    inner = next(each.node_tree for each in node.node_tree.nodes if each.type == "GROUP" and "Oren-Nayar" in each.node_tree.name)
+    next(each for each in inner.nodes if each.type == "MATH").inputs[1].default_value = 0.123
+    (finding,) = simplify()
+    assert finding.after is None and "edited" in finding.why[0] and not is_least(node)
+
+
+def test_groups_inside_the_artists_own_are_simplified() -> None:
+    sphere, _ = shown(ROUGH_DIFFUSE)
+    own = bpy.data.node_groups.new("Own", "ShaderNodeTree")
+    for in_out, kind, name in (("INPUT", "NodeSocketColor", "Paint"), ("OUTPUT", "NodeSocketShader", "BSDF")):
+        own.interface.new_socket(name, in_out=in_out, socket_type=kind)
+    inside = materials.add_group(own, ROUGH_DIFFUSE)
+    own.links.new(own.nodes.new("NodeGroupInput").outputs["Paint"], inside.inputs["Color"])
+    own.links.new(inside.outputs["BSDF"], own.nodes.new("NodeGroupOutput").inputs["BSDF"])
+    material, _ = materials.create_plain("Theirs")
+    node = material.node_tree.nodes.new("ShaderNodeGroup")
+    node.node_tree = own
+    material.node_tree.links.new(node.outputs[0], material.node_tree.get_output_node("ALL").inputs["Surface"])
+    sphere.sphere.data.materials[0] = material
+    simplify()
+    assert is_least(inside) and inside.inputs["Color"].is_linked
+
+
+def test_usd_of_a_simplified_material_is_that_of_the_whole(tmp_path: Path) -> None:
+    usd.register()
+    try:
+        shown(SUBSURFACE, Model="EON", Roughness=0.5, Subsurface=0.25)
+        texts = []
+        for prepare in (restore, simplify):
+            prepare()
+            file = tmp_path / f"{prepare.__name__}.usda"
+            bpy.ops.wm.usd_export(filepath=str(file), export_lights=False, export_cameras=False)
+            _, start, material = file.read_text().partition('def Material "Shown"')
+            texts.append(start + material.partition("\n        }\n")[0])
+        assert texts[0] == texts[1] and "trueDiffuse" in texts[0] and "oren_nayar_diffuse_bsdf" in texts[0]
+    finally:
+        usd.unregister()

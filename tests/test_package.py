@@ -1,0 +1,256 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The package: what Blender's own tool and the extensions platform's review ask of it, and its life in a Blender of its own."""
+
+import ast
+import re
+import subprocess
+import sys
+import tomllib
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path, PurePosixPath
+
+import package as script
+import pytest
+from true_diffuse.addon.nodes import GROUPS
+from true_diffuse.addon.presets import PRESETS
+
+ROOT = Path(__file__).resolve().parent.parent
+FOLDERS = {"__init__.py", "blender_manifest.toml", "LICENSE", "addon", "shaders", "scenes"}
+NETWORK = {"socket", "ssl", "http", "urllib", "ftplib", "smtplib", "asyncio", "xmlrpc", "webbrowser", "requests"}
+# Imported by Blender itself, of this machine, or by no code that enabling runs
+HEAVY = ("pxr", "MaterialX", "OpenImageIO", "numpy", "true_diffuse.addon.models", "true_diffuse.addon.nodes", "true_diffuse.scenes")
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return script.build(tmp_path_factory.mktemp("package"))
+
+
+@pytest.fixture(scope="module")
+def names(package: Path) -> list[str]:
+    return zipfile.ZipFile(package).namelist()
+
+
+@pytest.fixture(scope="module")
+def trees(package: Path) -> dict[str, ast.Module]:
+    """The package's code by path."""
+    content = zipfile.ZipFile(package)
+    return {name: ast.parse(content.read(name)) for name in content.namelist() if name.endswith(".py")}
+
+
+@pytest.fixture(scope="module")
+def manifest(package: Path) -> dict:
+    return tomllib.loads(zipfile.ZipFile(package).read("blender_manifest.toml").decode())
+
+
+def test_manifest_and_tags_are_valid(package: Path) -> None:
+    script.check(package)
+
+
+def test_unknown_tag_is_noticed(package: Path, tmp_path: Path) -> None:
+    with pytest.raises(script.BadInput, match="tags"):
+        script.check(changed(package, tmp_path / "bad.zip", lambda text: text.replace('"Material"', '"Chalk"')))
+
+
+def test_package_is_small(package: Path) -> None:
+    assert package.stat().st_size < 300_000
+
+
+def test_package_holds_no_test_cache_or_script(names: list[str]) -> None:
+    assert {name.split("/")[0] for name in names} == FOLDERS
+    assert not [name for name in names if name.endswith((".oso", ".pyc", ".md", ".zip", ".blend")) or "/." in name]
+    pictures = {f"addon/previews/{key}.webp" for key in (*PRESETS, *(group.key for group in GROUPS))}
+    assert {name for name in names if name.endswith((".png", ".webp", ".svg", ".jpg"))} == pictures
+
+
+def imports(path: str, tree: ast.AST) -> Iterator[str]:
+    """The package's modules that the module at `path` imports anywhere in it, as paths without .py."""
+    here = PurePosixPath(path).parent
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            base = here
+            for _ in range(node.level - 1):
+                base = base.parent
+            base = base / node.module.replace(".", "/") if node.module else base
+            yield from (str(place) for place in (base, *(base / alias.name for alias in node.names), *base.parents))
+
+
+def test_package_holds_only_code_that_the_extension_imports(trees: dict[str, ast.Module]) -> None:
+    reached, waiting = set(), ["__init__.py"]
+    while waiting:
+        path = waiting.pop()
+        if path not in reached:
+            reached.add(path)
+            places = [place for name in imports(path, trees[path]) for place in (f"{name}.py", f"{name}/__init__.py".lstrip("./"))]
+            waiting += [place for place in places if place in trees]
+    assert set(trees) - reached == set()
+
+
+def test_every_import_within_the_package_is_in_it(trees: dict[str, ast.Module]) -> None:
+    missing = []
+    for path, tree in trees.items():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and node.level and node.module:
+                base = PurePosixPath(path).parent
+                for _ in range(node.level - 1):
+                    base = base.parent
+                place = base / node.module.replace(".", "/")
+                if f"{place}.py" not in trees and f"{place}/__init__.py" not in trees:
+                    missing.append((path, node.module))
+    assert not missing
+
+
+def test_permissions_are_the_ones_it_needs(manifest: dict) -> None:
+    assert set(manifest["permissions"]) == {"files"}
+
+
+def test_optional_fields_of_the_manifest_are_ours(manifest: dict) -> None:
+    assert manifest["blender_version_min"] == "5.2.0" and "wheels" not in manifest and "platforms" not in manifest
+    assert all("example" not in str(value).lower() for value in manifest.values())
+
+
+def modules(tree: ast.AST) -> set[str]:
+    found = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+    found |= {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and not node.level and node.module}
+    return {name.split(".")[0] for name in found}
+
+
+def test_nothing_uses_the_network(trees: dict[str, ast.Module]) -> None:
+    assert not {path: modules(tree) & NETWORK for path, tree in trees.items() if modules(tree) & NETWORK}
+
+
+def test_nothing_changes_where_python_looks_for_modules(trees: dict[str, ast.Module]) -> None:
+    for path, tree in trees.items():
+        attributes = {ast.unparse(node) for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+        assert not {"sys.path", "sys.meta_path", "site.addsitedir"} & attributes, path
+
+
+def test_only_standard_and_blender_s_modules_are_imported(trees: dict[str, ast.Module]) -> None:
+    known = {
+        "bpy",
+        "bpy_extras",
+        "bmesh",
+        "mathutils",
+        "gpu",
+        "cycles",
+        "pxr",
+        "MaterialX",
+        "OpenImageIO",
+        "oslquery",
+        "io_scene_gltf2",
+    }
+    for path, tree in trees.items():
+        assert modules(tree) <= known | set(sys.stdlib_module_names), path
+
+
+def test_code_is_not_loaded_from_text(trees: dict[str, ast.Module]) -> None:
+    for path, tree in trees.items():
+        calls = {ast.unparse(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
+        assert not calls & {"exec", "eval", "compile", "os.system"}, path
+
+
+def test_preferences_and_user_folders_go_by_the_package_s_name(trees: dict[str, ast.Module]) -> None:
+    for path, tree in trees.items():
+        for node in ast.walk(tree):
+            assert not (isinstance(node, ast.Name) and node.id == "__name__"), path
+            if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("extension_path_user"):
+                assert ast.unparse(node.args[0]) == "PACKAGE", path
+    assert not [path for path, tree in trees.items() if "bl_info" in ast.dump(tree)]
+
+
+def test_classes_are_named_as_blender_wants_it(trees: dict[str, ast.Module]) -> None:
+    for path, tree in trees.items():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ClassDef) and re.match(r"[A-Z_]+_(OT|MT|PT|UL|HT)_", node.name):
+                assert node.name.startswith("TRUE_DIFFUSE_"), path
+                fields = {ast.unparse(part.targets[0]): part.value for part in node.body if isinstance(part, ast.Assign)}
+                wanted = node.name
+                if "_OT_" in node.name:
+                    wanted = f"true_diffuse.{node.name.partition('_OT_')[2]}"
+                    assert "bl_idname" in fields
+                assert "bl_idname" not in fields or ast.literal_eval(fields["bl_idname"]) == wanted
+                tip = ast.get_docstring(node) or ""
+                assert tip and tip[0].isupper() and not tip.endswith("."), node.name
+
+
+def changed(package: Path, target: Path, manifest: Callable[[str], str]) -> Path:
+    """A copy of `package` with another manifest."""
+    source = zipfile.ZipFile(package)
+    with zipfile.ZipFile(target, "w") as copy:
+        for name in source.namelist():
+            content = source.read(name)
+            copy.writestr(name, manifest(content.decode()) if name == "blender_manifest.toml" else content)
+    return target
+
+
+def test_enabling_imports_nothing_heavy() -> None:
+    code = f"""
+import sys
+sys.path.insert(0, {str(ROOT / "scripts")!r})
+import checkout, bpy
+before = set(sys.modules)
+import true_diffuse
+true_diffuse.register()
+print("imported", *sorted(set(sys.modules) - before))
+"""
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    imported = next(line.split()[1:] for line in result.stdout.splitlines() if line.startswith("imported"))
+    assert "true_diffuse.addon.operators" in imported  # it did run
+    assert not [name for name in imported if name.startswith(HEAVY)]
+
+
+def test_install_enable_use_disable_upgrade_uninstall(package: Path, tmp_path: Path) -> None:
+    older = changed(package, tmp_path / "older.zip", lambda text: re.sub(r'(?m)^version = ".*"', 'version = "0.0.1"', text))
+    code = f"""
+import bpy
+from pathlib import Path
+
+NAME = {script.MODULE!r}
+folder = Path(bpy.utils.user_resource("EXTENSIONS")) / "user_default" / "true_diffuse"
+
+def files():
+    return {{str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts}}
+
+def version():
+    return (folder / "blender_manifest.toml").read_text().partition("\\nversion = ")[2].split()[0].strip('"')
+
+def is_on():
+    return NAME in bpy.context.preferences.addons and hasattr(bpy.types, "TRUE_DIFFUSE_OT_add_group")
+
+bpy.ops.extensions.package_install_files(filepath={str(older)!r}, repo="user_default", enable_on_install=True)
+assert is_on() and version() == "0.0.1"
+installed = files()
+bpy.context.preferences.addons[NAME].preferences.report = "//mine.json"
+
+bpy.ops.mesh.primitive_cube_add()
+for key in ("fair_skin", "chalk"):
+    assert bpy.ops.true_diffuse.assign_preset(key=key) == {{"FINISHED"}}
+assert bpy.context.object.active_material.node_tree.nodes["Rough Diffuse"].node_tree["true_diffuse"]
+
+bpy.ops.preferences.addon_disable(module=NAME)
+assert not is_on() and bpy.context.object.active_material.node_tree.nodes["Rough Diffuse"].node_tree
+bpy.ops.preferences.addon_enable(module=NAME)
+assert is_on() and files() == installed, files() ^ installed
+
+bpy.context.preferences.addons[NAME].preferences.report = "//mine.json"
+bpy.ops.extensions.package_install_files(filepath={str(package)!r}, repo="user_default", enable_on_install=True)
+assert is_on() and version() == {manifest_version()!r} and files() == installed
+assert bpy.context.preferences.addons[NAME].preferences.report == "//mine.json"
+assert bpy.ops.true_diffuse.assign_preset(key="marble") == {{"FINISHED"}}
+
+index = next(i for i, repo in enumerate(bpy.context.preferences.extensions.repos) if repo.module == "user_default")
+bpy.ops.extensions.package_uninstall(repo_index=index, pkg_id="true_diffuse")
+assert not is_on() and not folder.exists()
+assert bpy.context.object.active_material.node_tree.nodes["Subsurface"].node_tree["true_diffuse"]
+print("whole life")
+"""
+    assert "whole life" in script.blender(str(tmp_path / "profile"), code)
+
+
+def manifest_version() -> str:
+    return tomllib.loads((ROOT / "blender_manifest.toml").read_text())["version"]
+
+
+def test_project_and_extension_have_one_version() -> None:
+    assert tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"] == manifest_version()
