@@ -7,7 +7,6 @@ this Blender has, and the package need not carry it.
 
 import shutil
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
@@ -15,6 +14,7 @@ import bpy
 
 from . import materials
 from .appended import FILE
+from .engines import another_blender
 from .nodes import GROUPS
 from .package import PACKAGE
 from .presets import PRESETS, picture
@@ -85,14 +85,8 @@ def _write_elsewhere(folder: Path) -> None:
     """Let another Blender `write`; raises AssetsFailed with its last words where it fails."""
     root = Path(__file__).resolve().parent.parent
     code = WORKER.format(init=str(root / "__init__.py"), root=str(root), folder=str(folder))
-    binary = bpy.app.binary_path
-    command = (
-        [binary, "--background", "--factory-startup", "--python-exit-code", "1", "--python-expr", code]
-        if binary
-        else [sys.executable, "-c", code]
-    )
     try:
-        result = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False)
+        result = subprocess.run(another_blender(code), capture_output=True, text=True, timeout=SECONDS, check=False)
     except subprocess.TimeoutExpired:
         raise AssetsFailed(f"Blender took more than {SECONDS} s to write the library") from None
     if result.returncode != 0 or not (folder / CATALOG_FILE).is_file():

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from .engines import CYCLES, EEVEE, Engine
+from .engines import CYCLES, EEVEE, Engine, uses_osl
 from .marks import LEAST_FOR
 from .measure.lobe_error import lobe_error
 from .models import CyclesDiffuse, Eon, Fujii, Lambert, Model, OrenNayar, OrenNayar1994, Pits, Specular, Wolff
@@ -125,11 +125,6 @@ def claim_of_node(node: bpy.types.Node) -> Claim | None:
 def engine_of(scene: bpy.types.Scene) -> Engine | None:
     """Return the engine that `scene` renders with; None where it is neither EEVEE nor Cycles."""
     return next((engine for engine in (EEVEE, CYCLES) if engine.identifier == scene.render.engine), None)
-
-
-def uses_osl(scene: bpy.types.Scene) -> bool:
-    """Return whether `scene` renders with Cycles' Open Shading Language, as the groups' own drivers tell."""
-    return engine_of(scene) is CYCLES and scene.cycles.shading_system and scene.cycles.device == "CPU"
 
 
 def stated_error(claim: Claim, scene: bpy.types.Scene) -> str:

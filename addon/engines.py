@@ -49,6 +49,13 @@ def use(scene: bpy.types.Scene, engine: Engine, samples: int, seed: int = 0) -> 
     scene.cycles.seed = seed
 
 
+def uses_osl(scene: bpy.types.Scene) -> bool:
+    """Return whether the groups take `scene` to render with Open Shading Language: as the driver of `Graph.uses_osl`."""
+    cycles = getattr(scene, "cycles", None)  # Blender without Cycles
+    osl = cycles is not None and cycles.shading_system and cycles.device == "CPU"
+    return scene.render.engine != EEVEE.identifier and osl
+
+
 def device(engine: Engine) -> str:
     """Return what `engine` computes on: the name of the graphics driver's device, or "CPU"."""
     if engine is CYCLES:
@@ -60,19 +67,21 @@ def device(engine: Engine) -> str:
     return gpu.platform.renderer_get()
 
 
+def another_blender(code: str) -> list[str]:
+    """Return the command that runs `code` in another Blender with factory settings; its exit status is not 0 where that fails."""
+    binary = bpy.app.binary_path
+    if not binary:  # Blender as a Python module
+        return [sys.executable, "-c", code]
+    return [binary, "--background", "--factory-startup", "--python-exit-code", "1", "--python-expr", code]
+
+
 def eevee_runs_here() -> bool:
     """Return whether EEVEE finds a graphics driver.
 
     Blender's process ends with a crash where there is none, so another process is asked.
     """
     code = "import bpy, gpu; gpu.init(); gpu.platform.renderer_get()"
-    binary = bpy.app.binary_path
-    command = (
-        [binary, "--background", "--factory-startup", "--python-exit-code", "1", "--python-expr", code]
-        if binary
-        else [sys.executable, "-c", code]
-    )
     try:
-        return subprocess.run(command, capture_output=True, timeout=PROBE_SECONDS, check=False).returncode == 0
+        return subprocess.run(another_blender(code), capture_output=True, timeout=PROBE_SECONDS, check=False).returncode == 0
     except subprocess.TimeoutExpired:
         return False

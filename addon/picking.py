@@ -6,8 +6,8 @@ from typing import Any
 
 import bpy
 
-from .claims import Claim, claim_of, engine_of, uses_osl
-from .engines import CYCLES, EEVEE
+from .claims import Claim, claim_of, engine_of
+from .engines import CYCLES, EEVEE, uses_osl
 from .materials import materials_of, refusal
 from .nodes import SUBSURFACE
 from .tolerance import Choice, Unmet, choose

@@ -2,14 +2,12 @@
 """Leaving out what a scene does not need: the arithmetic, the same picture, and that every change brings back what it needs."""
 
 import math
-from collections.abc import Generator
 from pathlib import Path
 
 import bpy
 
 import mpmath
 import pytest
-import true_diffuse
 from hypothesis import given
 from hypothesis import strategies as st
 from true_diffuse.addon import engines, materials, usd
@@ -27,14 +25,6 @@ FILE = "file of materials.blend"
 
 numbers = st.floats(-1e3, 1e3).map(lambda x: round(x, 6))
 vectors = st.tuples(numbers, numbers, numbers)
-
-
-@pytest.fixture
-def registered() -> Generator[None]:
-    """Blender with the extension's operators and handlers."""
-    true_diffuse.register()
-    yield
-    true_diffuse.unregister()
 
 
 in_blender = pytest.mark.usefixtures("registered")

@@ -78,16 +78,17 @@ def clay(**inputs: materials.Setting) -> bpy.types.Material:
     return materials.create("Clay", ROUGH_DIFFUSE, **inputs)
 
 
-@pytest.mark.parametrize("engine", ["BLENDER_EEVEE", "CYCLES", "BLENDER_WORKBENCH"])
 @pytest.mark.parametrize("group", [ROUGH_DIFFUSE, SUBSURFACE, SPECULAR_GROUP], ids=lambda group: group.key)
-def test_panel_shows_the_sockets_a_plot_and_the_buttons(group, engine: str) -> None:
-    bpy.context.scene.render.engine = engine
-    layout = drawn(materials.create("Material", group))
+def test_panel_shows_the_sockets_a_plot_and_the_buttons(group) -> None:
+    material = materials.create("Material", group)
     shown = {socket.name for socket in group.inputs if not socket.hide_value and socket.name != "Mean Free Path"}
-    assert shown <= set(layout.texts) and ("Mean Free Path [mm]" in layout.texts) == (group is SUBSURFACE)
-    assert "plot" in layout.offered
-    for name in ("measure", "use_tolerance", "simplify", "restore"):
-        assert any(entry.startswith(f"true_diffuse.{name}") for entry in layout.offered)
+    for engine in ("BLENDER_EEVEE", "CYCLES", "BLENDER_WORKBENCH"):
+        bpy.context.scene.render.engine = engine
+        layout = drawn(material)
+        assert shown <= set(layout.texts) and ("Mean Free Path [mm]" in layout.texts) == (group is SUBSURFACE)
+        assert "plot" in layout.offered
+        for name in ("measure", "use_tolerance", "simplify", "restore"):
+            assert any(entry.startswith(f"true_diffuse.{name}") for entry in layout.offered)
 
 
 def test_panel_without_a_group_of_ours_offers_one() -> None:

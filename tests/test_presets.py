@@ -119,3 +119,18 @@ def test_assigned_to_what_is_selected_and_undone() -> None:
     assert [item.active_material.name for item in bpy.data.objects if item.type != "LIGHT"] == ["Whole Milk"] * 2
     bpy.ops.ed.undo()
     assert not bpy.data.materials and not any(item.active_material for item in bpy.data.objects if item.type != "LIGHT")
+
+
+@pytest.mark.usefixtures("registered")
+def test_assigned_in_the_properties_editor_to_the_object_shown() -> None:
+    bpy.ops.mesh.primitive_cube_add()
+    other = bpy.context.object
+    bpy.ops.mesh.primitive_cube_add()
+    shown = bpy.context.object
+    shown.select_set(False)
+    other.select_set(True)
+    area = bpy.context.window.screen.areas[0]
+    area.ui_type = "PROPERTIES"
+    with bpy.context.temp_override(area=area, region=area.regions[-1]):
+        assert bpy.ops.true_diffuse.assign_preset(key="clay") == {"FINISHED"}
+    assert shown.active_material.name == "Clay" and other.active_material is None

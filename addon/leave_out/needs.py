@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 import bpy
 
-from ..engines import EEVEE
+from ..engines import EEVEE, uses_osl
 from ..nodes import lamps
 from ..nodes.graph import stamp_of
 from ..nodes.rough_diffuse import MODE
@@ -64,12 +64,6 @@ def animated(owner: Owner) -> set[str]:
 def in_eevee(scene: bpy.types.Scene) -> bool:
     """As the driver of `Graph.in_eevee`."""
     return scene.render.engine == EEVEE.identifier
-
-
-def uses_osl(scene: bpy.types.Scene) -> bool:
-    """As the driver of `Graph.uses_osl`."""
-    cycles = getattr(scene, "cycles", None)  # Blender without Cycles
-    return not in_eevee(scene) and cycles is not None and cycles.shading_system and cycles.device == "CPU"
 
 
 def meter(scene: bpy.types.Scene) -> float:

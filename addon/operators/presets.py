@@ -76,8 +76,13 @@ class TRUE_DIFFUSE_OT_assign_preset(PicksPreset, bpy.types.Operator):
 
 
 def _with_surface(context: bpy.types.Context) -> tuple[list[bpy.types.Object], list[bpy.types.Object]]:
-    """Return the selected objects that a material can be given to, and those it cannot since they are linked from other files."""
-    shaded = [item for item in context.selected_objects if item.type in SHADED]
+    """Return the objects that a material can be given to, and those it cannot since they are linked from other files.
+
+    They are those selected; in the Properties editor, the one that it shows.
+    """
+    in_properties = context.space_data is not None and context.space_data.type == "PROPERTIES"
+    items = [context.object] if in_properties and context.object else context.selected_objects
+    shaded = [item for item in items if item.type in SHADED]
     ours = [item for item in shaded if item.is_editable and item.data.is_editable]
     return ours, [item for item in shaded if item not in ours]
 

@@ -17,8 +17,8 @@ import bpy
 from ...scenes.slab import slab
 from ...scenes.sphere import SphereUnderSun, sphere_under_sun
 from .. import engines, materials
-from ..claims import Claim, claim_of, engine_of, uses_osl
-from ..engines import CYCLES, EEVEE, Engine
+from ..claims import Claim, claim_of, engine_of
+from ..engines import CYCLES, EEVEE, Engine, uses_osl
 from ..leave_out.simplify import restore_node
 from ..marks import LEAST_FOR
 from ..measure import render
