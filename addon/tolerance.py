@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .measure.record import LABELS
+
 VERSION = 1
 SAME = ("machine", "blender")  # of the environment: figures of another machine or Blender say nothing of this one
 EXACT = "sphere"  # the scene whose reference is the model's formula
@@ -88,13 +90,10 @@ def choose(
     if not choices:
         best = min((way.nearest() for way in ways), key=lambda choice: choice.expected_error)
         raise Unmet(
-            f"{LABELS.get(engine, engine)} reaches {percent(best.expected_error)} at best, with {best.way} "
+            f"{LABELS[engine]} reaches {percent(best.expected_error)} at best, with {best.way} "
             f"and {best.samples} samples: {percent(tolerance)} is not to be had"
         )
     return min(choices, key=lambda choice: (choice.seconds, choice.expected_error))
-
-
-LABELS = {"eevee": "EEVEE", "cycles": "Cycles"}
 
 
 def percent(share: float) -> str:
@@ -126,7 +125,7 @@ def _curves(
     known = [curve for curve in ours if curve["group"] == group and curve["model"] == model]
     if not known:
         names = ", ".join(dict.fromkeys(str(curve["model"]) for curve in ours)) or "nothing"
-        raise Unmet(f"The report knows no {model} in {LABELS.get(engine, engine)}, scene {scene}: it has {names}")
+        raise Unmet(f"The report knows no {model} in {LABELS[engine]}, scene {scene}: it has {names}")
     measured = {curve["sigma"] for curve in known if curve["sigma"] is not None}
     if measured:
         above = [sigma for sigma in measured if sigma >= roughness - 1e-6]
@@ -135,7 +134,7 @@ def _curves(
         known = [curve for curve in known if curve["sigma"] in (None, min(above))]
     allowed = [curve for curve in known if curve["mode"] not in leave_out and osl in (None, bool(curve["osl"]))]
     if not allowed:
-        raise Unmet(f"The report knows {model} in {LABELS.get(engine, engine)} only in modes that are left out here")
+        raise Unmet(f"The report knows {model} in {LABELS[engine]} only in modes that are left out here")
     return allowed
 
 
@@ -191,6 +190,6 @@ class _Way:
 def told(choice: Choice) -> str:
     """Return a choice in words."""
     return (
-        f"{LABELS.get(choice.engine, choice.engine)}: {choice.way} with {choice.samples} samples, "
+        f"{LABELS[choice.engine]}: {choice.way} with {choice.samples} samples, "
         f"{percent(choice.expected_error)} expected in {choice.seconds:.2g} s"
     )

@@ -5,6 +5,9 @@ import math
 from contextlib import AbstractContextManager
 from typing import Any, Protocol
 
+# Of what renders, as records name it, for people
+LABELS = {"eevee": "EEVEE", "cycles": "Cycles", "glsl": "GLSL"}
+
 type Record = dict[str, Any]  # a line of a results file: names to text, numbers or None
 
 

@@ -3,7 +3,7 @@
 
 from collections.abc import Sequence
 
-from ...measure.record import Record
+from ...measure.record import LABELS, Record
 from ...models import OrenNayar, directional_albedo
 
 SIGMAS = (0.2, 0.33)
@@ -23,7 +23,8 @@ def records(curves: Sequence[Record], forms: Sequence[Record], luminance: Sequen
 
 def _darker(luminance: Sequence[Record]) -> Record:
     measured = [
-        f"The character with sigma 0.33 has {one['ratio']:.3f} of Lambert's luminance in {one['engine']}." for one in luminance
+        f"The character with sigma 0.33 has {one['ratio']:.3f} of Lambert's luminance in {LABELS[one['engine']]}."
+        for one in luminance
     ]
     albedos = {sigma: [directional_albedo(OrenNayar(sigma), mu) for mu in MUS] for sigma in SIGMAS}
     for sigma, values in albedos.items():
@@ -57,7 +58,9 @@ def _expensive(curves: Sequence[Record], forms: Sequence[Record]) -> Record:
             ratio = _ratio(curve, own[0])
             ratios.setdefault(curve["engine"], []).append(ratio)
             way = curve["label"].removeprefix("Rough Diffuse, ")
-            measured.append(f"{curve['scene']}, {curve['engine']}, {way}: {ratio:.2f} times the time of Blender's Diffuse BSDF.")
+            measured.append(
+                f"{curve['scene']}, {LABELS[curve['engine']]}, {way}: {ratio:.2f} times the time of Blender's Diffuse BSDF."
+            )
     if not ratios:
         return {"claim": "Oren-Nayar is too expensive for games", "measured": measured, "verdict": None}
     least = max(min(values) for values in ratios.values())

@@ -4,12 +4,11 @@
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from ...measure.record import Record
+from ...measure.record import LABELS, Record
 from . import plot
 from .curves import TOLERANCES, seconds
 from .fit import FLAT
 
-ENGINES = {"eevee": "EEVEE", "cycles": "Cycles", "glsl": "GLSL"}
 TITLES = {
     "sphere": ("Sphere", "Under a sun 60 degrees beside the viewer, without bounces: nothing but the material."),
     "furnace": ("Furnace", "The same sphere in a white world: what the material reflects of light from everywhere."),
@@ -67,7 +66,7 @@ def html(document: Record) -> str:
     machine, devices = document["environment"]["machine"], document["environment"]["devices"]
     where = f"Blender {document['environment']['blender']}, True Diffuse {document['environment']['true_diffuse']}; "
     where += f"{machine['processor']}, {machine['cores']} cores, {machine['system']}; "
-    where += ", ".join(f"{ENGINES[key]} on {device}" for key, device in devices.items())
+    where += ", ".join(f"{LABELS[key]} on {device}" for key, device in devices.items())
     parts = [
         "<h1>What an error costs</h1>",
         "<p>Rough Diffuse and Subsurface in each engine and mode, beside what Blender has instead: error against render time.</p>",
@@ -109,7 +108,7 @@ def _advice(document: Record) -> list[str]:
         for engine in document["options"]["engines"]:
             own = [one for one in document["recommendations"] if (one["scene"], one["engine"]) == (scene, engine)]
             if own:
-                lines.append(f"<p><b>{escape(title)}, {ENGINES[engine]}.</b> {escape(_said(own))}</p>")
+                lines.append(f"<p><b>{escape(title)}, {LABELS[engine]}.</b> {escape(_said(own))}</p>")
     return lines
 
 
@@ -134,13 +133,13 @@ def _scene(name: str, built: Record, curves: Sequence[Record]) -> list[str]:
     lines.append(f" That reference's own noise: {_percent(noise)}.</p>" if noise > 0.0 else "</p>")
     lines.append('<div class="pair">')
     tables = []
-    for engine in ENGINES:
+    for engine in LABELS:
         own = [curve for curve in curves if curve["engine"] == engine]
         if own and engine != "glsl":
-            caption = f"{title}, {ENGINES[engine]}: error over time"
+            caption = f"{title}, {LABELS[engine]}: error over time"
             lines.append(f"<figure>{plot.svg(own, caption)}<figcaption>{escape(caption)}</figcaption></figure>")
         if own:
-            tables += [f"<h3>{ENGINES[engine]}</h3>", _curve_table(own)]
+            tables += [f"<h3>{LABELS[engine]}</h3>", _curve_table(own)]
     return [*lines, "</div>", *tables]
 
 
@@ -201,7 +200,7 @@ def _cold(parts: Sequence[Record]) -> list[str]:
             groups.setdefault((one["scene"], one["engine"], one["label"]), {})[one["what"]] = spent
     kinds = ("material build", "shaders", "frame", "sample")
     rows = [
-        (escape(TITLES[scene][0]), ENGINES[engine], escape(label), *(times.get(kind, "–") for kind in kinds))
+        (escape(TITLES[scene][0]), LABELS[engine], escape(label), *(times.get(kind, "–") for kind in kinds))
         for (scene, engine, label), times in groups.items()
     ]
     columns = ("Scene", "Engine", "Material", "Build", "First render, beyond", "Frame, fixed", "Each sample")
@@ -209,7 +208,7 @@ def _cold(parts: Sequence[Record]) -> list[str]:
 
 
 def _place(one: Record) -> str:
-    return ENGINES[one["engine"]] if one["scene"] is None else escape(TITLES[one["scene"]][0])
+    return LABELS[one["engine"]] if one["scene"] is None else escape(TITLES[one["scene"]][0])
 
 
 def _stability(found: Sequence[Record], shaders: Sequence[Record]) -> list[str]:
