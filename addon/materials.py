@@ -77,7 +77,7 @@ def set_thickness(material: bpy.types.Material) -> None:
     elif not output.inputs["Thickness"].is_linked:
         thick = tree.nodes.new("ShaderNodeValue")
         # small, between the output and what feeds its surface
-        thick.label, thick.location, thick.hide = THICK_LABEL, (output.location.x - 170.0, output.location.y - 105.0), True
+        thick.label, thick.location, thick.hide = THICK_LABEL, (output.location.x - 149.0, output.location.y - 105.0), True
         thick.outputs[0].default_value, thick.select = THICK, False
         tree.links.new(thick.outputs[0], output.inputs["Thickness"])
 
@@ -108,7 +108,7 @@ def show(material: bpy.types.Material, node: bpy.types.Node) -> None:
     """Make the BSDF of `node` the surface of `material`."""
     tree = material.node_tree
     output = tree.nodes.new("ShaderNodeOutputMaterial")
-    output.location = (300.0, 0.0)
+    output.location = (450.0, 0.0)
     tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
 
 

@@ -285,6 +285,7 @@ def _got(
     options: Options, choices: Mapping[str, "Choice"], records: list["Record"], terminal: Terminal
 ) -> dict[str, dict[str, object]]:
     """Return what was picked and what came of it, by engine, and say so: the largest error of the rough characters."""
+    from true_diffuse.addon.measure.record import LABELS
     from true_diffuse.addon.tolerance import percent
 
     found = {}
@@ -295,7 +296,7 @@ def _got(
         found[key] = {"asked": options.error, **asdict(choice), "measured_error": measured, "met": met}
         if measured is not None:
             verdict = "as asked" if met else "more than asked"
-            terminal.say(f"{key}: {percent(measured)} from the models measured under the key light, {verdict}")
+            terminal.say(f"{LABELS[key]}: {percent(measured)} from the models measured under the key light, {verdict}")
     return found
 
 

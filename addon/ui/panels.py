@@ -112,7 +112,7 @@ def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, materi
     draw_sockets(column, node)
     if LEAST_FOR in node.node_tree:
         column.label(text="Simplified", icon="INFO")
-        _caption(column, "Editing a socket brings the whole group back")
+        _caption(column, "Edit a socket for the whole group")
     if claim.follows_lamps:
         _section(layout, "lamps", "Lamps", lambda body: draw_lamps(body, context.scene))
     _section(layout, "plot", "Plot", lambda body: draw_plots(body, context, claim))
