@@ -82,6 +82,7 @@ def test_comparison_end_to_end(tmp_path: Path, eevee_runs_here: bool) -> None:
         assert 0.876 < records[engine, "oren_nayar_0.33"]["luminance_over_lambert"] < 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.render
 def test_face_end_to_end(tmp_path: Path, eevee_runs_here: bool) -> None:
     engines = ["eevee", "cycles"] if eevee_runs_here else ["cycles"]

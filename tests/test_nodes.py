@@ -295,6 +295,7 @@ def test_lamps_refuse_what_is_no_lamp() -> None:
         lamps.choose([sphere.sun] * 5)
 
 
+@pytest.mark.slow
 @pytest.mark.render
 def test_signed_lobes_equal_cycles_under_lights_and_sky(eevee_runs_here: bool) -> None:
     if not eevee_runs_here:

@@ -101,6 +101,7 @@ def test_osl_has_the_numbers_of_the_fit() -> None:
     assert pairs == [pytest.approx(pair, rel=1e-3) for pair in others.values()]
 
 
+@pytest.mark.slow
 @pytest.mark.render
 def test_osl_is_as_near_its_formulas_over_all_lights_as_it_says() -> None:
     oren_nayar, oren_nayar_1994 = (

@@ -79,6 +79,7 @@ def sphere_error(shown: Rendered, exact: OrenNayar, degrees: float) -> float:
     return math.sqrt(squares / reference)
 
 
+@pytest.mark.slow
 @pytest.mark.render
 def test_probe_finds_the_error_that_the_formulas_have(engine: Engine) -> None:
     bpy.context.scene.render.engine = engine.identifier

@@ -252,6 +252,7 @@ def shaded_floor() -> tuple[bpy.types.Object, bpy.types.Object]:
     return body, lamp
 
 
+@pytest.mark.slow
 @pytest.mark.render
 @pytest.mark.usefixtures("empty_file")
 def test_seed_changes_noise_alone(engine: engines.Engine) -> None:
