@@ -34,9 +34,14 @@ def _apply_cycles(scene: bpy.types.Scene, samples: int) -> None:
     scene.cycles.use_denoising = False
 
 
+def _apply_realtime(scene: bpy.types.Scene, samples: int) -> None:
+    scene.true_diffuse.samples = samples
+
+
 EEVEE = Engine("eevee", "EEVEE", "BLENDER_EEVEE", _apply_eevee)
 CYCLES = Engine("cycles", "Cycles", "CYCLES", _apply_cycles)
-ENGINES = {engine.key: engine for engine in (EEVEE, CYCLES)}
+REALTIME = Engine("realtime", "Realtime", "TRUE_DIFFUSE_REALTIME", _apply_realtime)
+ENGINES = {engine.key: engine for engine in (EEVEE, CYCLES, REALTIME)}
 
 
 def use(scene: bpy.types.Scene, engine: Engine, samples: int, seed: int = 0) -> None:

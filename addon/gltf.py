@@ -11,7 +11,7 @@ import bpy
 
 from .models.geometry import clamp
 from .usd import preview, report
-from .usd.read import group_node, read
+from .usd.read import Names, group_node, identifier, read
 from .usd.surface import Image, slope
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def _fill(made: "Material", material: bpy.types.Material, settings: dict) -> Non
     from io_scene_gltf2.io.com.gltf2_io_extensions import Extension
 
     node = found[0]
-    surface, lost = read(*found, lambda image: image.name)
+    surface, lost = read(*found, Names(lambda image: image.name, identifier))
     law, source = preview.albedo(surface), surface.fed.get("Color")
     texture = None
     red, green, blue = map(law, surface.rgb("Color"))

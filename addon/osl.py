@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """OSL shaders for Cycles, compiled into the .blend file: nothing is written beside the source."""
 
-from pathlib import Path
-
 import bpy
 
-SHADERS = Path(__file__).resolve().parent.parent / "shaders"
+from .glsl import SHADERS
 
 
 def compiles_osl() -> bool:

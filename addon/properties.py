@@ -18,6 +18,20 @@ class TrueDiffuseScene(bpy.types.PropertyGroup):
         soft_max=20.0,
         precision=2,
     )
+    samples: bpy.props.IntProperty(  # ty: ignore[invalid-type-form]
+        name="Render Samples",
+        description="Samples of every pixel that True Diffuse Realtime takes in final renders",
+        default=16,
+        min=1,
+        soft_max=256,
+    )
+    viewport_samples: bpy.props.IntProperty(  # ty: ignore[invalid-type-form]
+        name="Viewport Samples",
+        description="Samples of every pixel that True Diffuse Realtime takes in the viewport, one each time it is drawn",
+        default=16,
+        min=1,
+        soft_max=256,
+    )
 
 
 _register_class, _unregister_class = bpy.utils.register_classes_factory((TrueDiffuseScene,))

@@ -14,7 +14,8 @@ from functools import partial
 import pytest
 import referee
 from true_diffuse.addon import models
-from true_diffuse.addon.measure.glsl import BEFORE, SHADERS, evaluate, source
+from true_diffuse.addon.glsl import BEFORE, SHADERS, source
+from true_diffuse.addon.measure.glsl import evaluate
 from true_diffuse.addon.models import Model, OrenNayar
 from true_diffuse.addon.models.vector import dot, from_polar
 from true_diffuse.addon.studies import stability_glsl

@@ -8,27 +8,10 @@ import bpy
 
 import gpu
 
-from ..osl import SHADERS
+from ..glsl import source
 
 VERTEX = "void main() { gl_Position = vec4(position, 0.0, 1.0); }"
 WIDTH = 1024  # pixels in a row of the target
-BEFORE = {  # what a file of shaders/ needs included before it, in this order
-    "geometry": (),
-    "lambert": ("geometry",),
-    "oren_nayar": ("geometry",),
-    "oren_nayar_1994": ("geometry", "oren_nayar"),
-    "fujii": ("geometry",),
-    "eon": ("geometry", "fujii"),
-    "cycles_diffuse": ("geometry", "fujii", "eon"),
-    "wolff": ("geometry",),
-    "pits": ("geometry",),
-    "specular": ("geometry",),
-}
-
-
-def source(stem: str) -> str:
-    """Return the functions of shaders/STEM.glsl and of what it needs, ready to compile below a #version line."""
-    return "\n".join((SHADERS / f"{name}.glsl").read_text() for name in (*BEFORE[stem], stem))
 
 
 def triangle() -> gpu.types.GPUBatch:

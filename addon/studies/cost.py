@@ -16,7 +16,8 @@ from ...scenes.sphere import SphereUnderSun
 from .. import engines, materials
 from ..engines import CYCLES, EEVEE, Engine
 from ..measure import render
-from ..measure.glsl import VERTEX, source, triangle
+from ..glsl import source
+from ..measure.glsl import VERTEX, triangle
 from ..measure.record import Progress, Record
 from ..nodes import ROUGH_DIFFUSE, lamps
 

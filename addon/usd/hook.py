@@ -81,7 +81,7 @@ def export_material(
     export_texture: Callable[[bpy.types.Image], str], material: bpy.types.Material, usd_material: "UsdShade.Material"
 ) -> bool:
     """Write both networks and the values of one of our materials; returns False where it is none of ours."""
-    from .read import group_node, read
+    from .read import Names, group_node, identifier, read
 
     found = group_node(material)
     if found is None:
@@ -89,7 +89,7 @@ def export_material(
     from . import author, materialx, preview
 
     stage = usd_material.GetPrim().GetStage()
-    surface, lost = read(*found, lambda image: _file(stage, image, export_texture))
+    surface, lost = read(*found, Names(lambda image: _file(stage, image, export_texture), identifier))
     lost += preview.lost(surface)
     author.write(usd_material, preview.network(surface), materialx.network(surface, millimeter(stage)))
     author.remember(usd_material.GetPrim(), surface, lost)

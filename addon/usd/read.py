@@ -4,6 +4,7 @@
 import re
 import struct
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import bpy
 
@@ -11,10 +12,10 @@ from ..nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group
 from ..nodes.graph import stamp_of
 from .materialx import LUMINANCE
 from .nearest import LAWS
-from .surface import Attribute, Image, Setting, Source, Surface
+from .surface import Attribute, Image, Rgb, Setting, Source, Surface
 
 WRAPS = {"REPEAT": "periodic", "EXTEND": "clamp", "CLIP": "black", "MIRROR": "mirror"}
-DEFAULT_UV = "st"  # what Blender calls the UV map in use
+DEFAULT_UV, DEFAULT_COLOR = "st", "displayColor"  # what Blender calls the UV map and the color attribute in use, in USD
 # Sockets whose textures and attributes are carried; those of other sockets leave the socket's own value.
 CARRIED = {
     ROUGH_DIFFUSE.key: ("Color", "Roughness"),
@@ -23,8 +24,13 @@ CARRIED = {
 }
 NUMBERS = {"Roughness", "Subsurface", "Specular", "Specular Roughness"}
 
-type Export = Callable[[bpy.types.Image], str]
-"""Returns how USD refers to an image; raises Lost where its file is missing."""
+
+
+class Names(NamedTuple):
+    """How images and attributes are called where they go. `image` raises Lost where its file is missing."""
+
+    image: Callable[[bpy.types.Image], str]
+    attribute: Callable[[str], str]
 
 
 class Lost(Exception):
@@ -48,7 +54,7 @@ def group_node(material: bpy.types.Material) -> tuple[bpy.types.Node, Group, int
     return None
 
 
-def read(node: bpy.types.Node, group: Group, version: int, export: Export) -> tuple[Surface, list[str]]:
+def read(node: bpy.types.Node, group: Group, version: int, names: Names) -> tuple[Surface, list[str]]:
     """Return what the group node says, and what of it USD cannot hold, in words."""
     inputs: dict[str, Setting] = {socket.name: _default(socket.default) for socket in group.inputs}
     fed: dict[str, Source] = {}
@@ -60,7 +66,7 @@ def read(node: bpy.types.Node, group: Group, version: int, export: Export) -> tu
                 lost.append(f"{socket.name}: the link to it is broken")
             continue
         try:
-            source = _source(socket, export)
+            source = _source(socket, names)
             if not isinstance(source, (Image, Attribute)):
                 inputs[socket.name] = _fitting(source, inputs[socket.name])
             elif socket.name not in CARRIED[group.key] or (socket.name in NUMBERS and isinstance(source, Attribute)):
@@ -73,6 +79,22 @@ def read(node: bpy.types.Node, group: Group, version: int, export: Export) -> tu
     if law and law.near:
         lost.append(f"{inputs['Model']} is no model of MaterialX: {law.near} stands for it")
     return Surface(group.key, version, inputs, fed), lost
+
+
+def read_color(socket: bpy.types.NodeSocket, names: Names) -> tuple[Rgb, Source | None]:
+    """Return a color socket's value, and the image or attribute that takes its place, if that is what feeds it."""
+    red, green, blue = plain(socket.default_value)[:3]
+    own = (red, green, blue)
+    if not socket.is_linked:
+        return own, None
+    try:
+        source = _source(socket, names)
+        if isinstance(source, (Image, Attribute)):
+            return own, source
+        red, green, blue = _fitting(source, (*own, 1.0))[:3]
+    except Lost:
+        return own, None
+    return (red, green, blue), None
 
 
 def plain(value: Setting | Sequence[float]) -> Setting:
@@ -117,7 +139,7 @@ def _before(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
         socket = link.from_node.inputs[0]
 
 
-def _source(socket: bpy.types.NodeSocket, export: Export) -> Source | Setting:
+def _source(socket: bpy.types.NodeSocket, names: Names) -> Source | Setting:
     """Return what feeds `socket`. Raises Lost where that is more than an image, an attribute or a constant, times a number."""
     output = _before(socket)
     if output is None:
@@ -127,13 +149,13 @@ def _source(socket: bpy.types.NodeSocket, export: Export) -> Source | Setting:
         case "ShaderNodeValue" | "ShaderNodeRGB", _:
             return plain(output.default_value)
         case "ShaderNodeTexImage", "Color":
-            return _image(node, export)
+            return _image(node, names)
         case "ShaderNodeAttribute", "Color" if node.attribute_type == "GEOMETRY":
-            return Attribute(identifier(node.attribute_name))
+            return Attribute(names.attribute(node.attribute_name))
         case "ShaderNodeVertexColor", "Color":
-            return Attribute(identifier(node.layer_name) if node.layer_name else "displayColor")
+            return Attribute(names.attribute(node.layer_name) if node.layer_name else DEFAULT_COLOR)
         case "ShaderNodeVectorMath", _ if node.operation == "SCALE" and not node.inputs["Scale"].is_linked:
-            return _scaled(_source(node.inputs[0], export), _shortest(node.inputs["Scale"].default_value))
+            return _scaled(_source(node.inputs[0], names), _shortest(node.inputs["Scale"].default_value))
     raise Lost(f"{output.name} of the node {node.bl_label}")
 
 
@@ -150,22 +172,22 @@ def _scaled(source: Source | Setting, factor: float) -> Source | Setting:
     return source * factor
 
 
-def _image(node: bpy.types.Node, export: Export) -> Image:
+def _image(node: bpy.types.Node, names: Names) -> Image:
     image = node.image
     if image is None:
         raise Lost("an image node without an image")
     if image.source not in {"FILE", "GENERATED"}:
         raise Lost(f"the image {image.name}, a {image.source.lower()},")
     is_data = image.colorspace_settings.name in {"Non-Color", "Linear Rec.709"} or image.is_float
-    return Image(export(image), not is_data, _uv_map(node), WRAPS[node.extension])
+    return Image(names.image(image), not is_data, _uv_map(node, names), WRAPS[node.extension])
 
 
-def _uv_map(node: bpy.types.Node) -> str:
+def _uv_map(node: bpy.types.Node, names: Names) -> str:
     coordinate = _before(node.inputs["Vector"])
     if coordinate is None or (coordinate.node.bl_idname == "ShaderNodeTexCoord" and coordinate.name == "UV"):
         return DEFAULT_UV
     if coordinate.node.bl_idname == "ShaderNodeUVMap":
-        return identifier(coordinate.node.uv_map) if coordinate.node.uv_map else DEFAULT_UV
+        return names.attribute(coordinate.node.uv_map) if coordinate.node.uv_map else DEFAULT_UV
     raise Lost(f"an image placed by {coordinate.name} of the node {coordinate.node.bl_label}")
 
 

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is in a scene, as the realtime engine draws it; only what changed is read again."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import bpy
+
+from mathutils import Matrix
+
+from ..usd.surface import Image, Rgb
+from .lamps import Lamp, lamp_of
+from .materials import Look, look_of
+from .meshes import Mesh
+from .program import MOST_LAMPS, Light, Variant
+
+SHAPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+LOOKS = (bpy.types.Material, bpy.types.NodeTree)
+BLACK: Rgb = (0.0, 0.0, 0.0)
+NONE = 0  # the number of no material
+
+type Key = tuple[int, int]
+"""An evaluated mesh: where it is in memory, and the session's number of what it was evaluated from."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """The faces of one material of one object. `number` tells objects apart."""
+
+    mesh: Mesh
+    slot: int
+    material: int
+    matrix: Matrix
+    number: int
+    is_seen: bool
+    casts: bool
+
+
+@dataclass
+class Contents:
+    """Meshes, materials and lamps of a depsgraph, kept from one update to the next.
+
+    `looks` are the materials in use by the session's numbers for them; `world` is the radiance from everywhere [W/(m^2 sr)]; `notes`
+    say what is not drawn as it should be.
+    """
+
+    parts: list[Part] = field(default_factory=list)
+    lamps: list[Lamp] = field(default_factory=list)
+    looks: dict[int, Look] = field(default_factory=dict)
+    world: Rgb = BLACK
+    notes: list[str] = field(default_factory=list)
+    _meshes: dict[Key, Mesh] = field(default_factory=dict)
+    _owners: dict[Key, set[int]] = field(default_factory=dict)
+    _is_read: bool = False
+
+    @property
+    def scatters(self) -> bool:
+        return any(look.scatters for look in self.looks.values())
+
+    def light(self) -> Light:
+        """Return what the light asks of all shaders."""
+        return Light(frozenset(lamp.kind for lamp in self.lamps), any(lamp.casts for lamp in self.lamps), any(self.world))
+
+    def variant(self, look: Look) -> Variant:
+        """Return the shader that draws `look` here."""
+        return Variant(look.law, look.paint, look.coat[0] > 0.0, look.scatters, self.scatters, self.light())
+
+    def update(self, depsgraph: bpy.types.Depsgraph, shows: Callable[[bpy.types.Object], bool] = lambda _: True) -> None:
+        """Read what changed since the last time. `shows` says of an object whether a viewport does."""
+        changed = [(update.id.original, update.is_updated_geometry) for update in depsgraph.updates]
+        stale = {item.session_uid for item, is_geometry in changed if is_geometry}
+        self._meshes = {key: mesh for key, mesh in self._meshes.items() if not stale & self._owners[key]}
+        only_looks = self._is_read and changed and all(isinstance(item, LOOKS) for item, _ in changed)
+        if not (only_looks and self._reread_looks(depsgraph)):
+            self._read(depsgraph, shows)
+
+    def _reread_looks(self, depsgraph: bpy.types.Depsgraph) -> bool:
+        """Read the materials again; returns False where one needs more of its meshes than before."""
+        meter = _meter(depsgraph.scene)
+        for material in bpy.data.materials:
+            before = self.looks.get(material.session_uid)
+            if before:
+                now = look_of(material.evaluated_get(depsgraph), meter)
+                if (now.paint, now.attribute) != (before.paint, before.attribute):
+                    return False
+                self.looks[material.session_uid] = now
+        return True
+
+    def _read(self, depsgraph: bpy.types.Depsgraph, shows: Callable[[bpy.types.Object], bool]) -> None:
+        """Read objects, materials, lamps and world."""
+        self._is_read = True
+        self.parts, self.lamps, self.looks, self.notes = [], [], {}, []
+        before, self._meshes = self._meshes, {}
+        override, meter = depsgraph.view_layer_eval.material_override, _meter(depsgraph.scene)
+        for number, instance in enumerate(depsgraph.object_instances, 1):
+            item = instance.object
+            if not instance.show_self or not shows(instance.parent if instance.is_instance else item):
+                continue
+            if item.type == "LIGHT":
+                self.lamps.append(lamp_of(item, instance.matrix_world))
+            elif item.type in SHAPES and (item.visible_camera or item.visible_shadow):
+                self._add(item, instance.matrix_world.copy(), number, before, override, meter)
+        self._owners = {key: self._owners[key] for key in self._meshes}
+        self.world = _radiance(depsgraph.scene_eval.world)
+        if len(self.lamps) > MOST_LAMPS:
+            self.notes.append(f"{MOST_LAMPS} of {len(self.lamps)} lamps are drawn")
+            del self.lamps[MOST_LAMPS:]
+        self.notes += sorted({f"{look.source.file} cannot be read" for look in self.looks.values() if look.lacks_image})
+
+    def _add(
+        self,
+        item: bpy.types.Object,
+        matrix: Matrix,
+        number: int,
+        before: dict[Key, Mesh],
+        override: bpy.types.Material | None,
+        meter: float,
+    ) -> None:
+        """Add the parts of one object, whose mesh is taken from `before` if it is there."""
+        data = item.data if item.type == "MESH" else item.to_mesh()
+        if data is None:
+            return
+        source = item.data.original or item.data
+        key = (data.as_pointer() if item.type == "MESH" else item.original.as_pointer(), source.session_uid)
+        mesh = self._meshes.get(key) or before.get(key) or Mesh(data)
+        if key not in self._meshes:
+            self._meshes[key] = mesh
+            self._owners[key] = set()
+            if mesh.lost:
+                self.notes.append(f"{mesh.lost} triangles of {item.name} have vertices that are no numbers and are left out")
+        self._owners[key] |= {item.original.session_uid, source.session_uid}
+        for slot in mesh.parts:
+            material = override or _material(item, data, slot)
+            uid = material.original.session_uid if material else NONE
+            if uid not in self.looks:
+                self.looks[uid] = look_of(material, meter)
+            look = self.looks[uid]
+            mesh.prepare(data, slot, look.paint, look.attribute)
+            self.parts.append(Part(mesh, slot, uid, matrix, number, item.visible_camera, item.visible_shadow))
+        if item.type != "MESH":
+            item.to_mesh_clear()
+
+
+def _material(item: bpy.types.Object, mesh: bpy.types.Mesh, slot: int) -> bpy.types.Material | None:
+    """Return the material of a slot; faces whose slot is not there have the last one's."""
+    if slots := item.material_slots:
+        return slots[min(slot, len(slots) - 1)].material
+    return mesh.materials[min(slot, len(mesh.materials) - 1)] if mesh.materials else None
+
+
+def _meter(scene: bpy.types.Scene) -> float:
+    """Return a meter in the scene's units."""
+    return 1.0 / scene.unit_settings.scale_length
+
+
+def _radiance(world: bpy.types.World | None) -> Rgb:
+    """Return the radiance of a world of one color [W/(m^2 sr)]; of others, that of the color beside their texture."""
+    if world is None:
+        return BLACK
+    output = world.node_tree.get_output_node("ALL") if world.node_tree else None
+    link = next(iter(output.inputs["Surface"].links), None) if output else None
+    if link is None or link.from_node.type != "BACKGROUND":
+        return BLACK if output else tuple(world.color)
+    color, strength = (link.from_node.inputs[name].default_value for name in ("Color", "Strength"))
+    return color[0] * strength, color[1] * strength, color[2] * strength

@@ -1,0 +1,292 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Draws a scene's contents with Blender's gpu module: shadow maps, surfaces, what scatters below them, and the sum of all samples."""
+
+import struct
+from collections.abc import Iterable, Sequence
+from functools import cache
+
+import bpy
+
+import gpu
+
+from . import lamps as lamp_data
+from . import shadows
+from .contents import Contents, Part
+from .materials import Look
+from .program import Paint, Program, Variant, shadow, structs, surface, whole
+from .view import View, offset
+
+EXTENSIONS = {"periodic": "REPEAT", "clamp": "EXTEND", "black": "CLIP", "mirror": "MIRRORED_REPEAT"}
+CLEAR = (0.0, 0.0, 0.0, 0.0)
+GOLDEN = 0.618033988749895
+
+type Rgba = tuple[float, float, float, float]
+
+
+def compiled(program: Program) -> gpu.types.GPUShader:
+    """Return a program on the driver. Raises an exception of the gpu module where the driver refuses it."""
+    info = gpu.types.GPUShaderCreateInfo()
+    if program.blocks:
+        info.typedef_source(structs(program))
+    for place, (name, kind) in enumerate(program.attributes.items()):
+        info.vertex_in(place, kind, name)
+    if program.varyings:
+        between = gpu.types.GPUStageInterfaceInfo(program.name)
+        for name, kind in program.varyings.items():
+            between.smooth(kind, name)
+        info.vertex_out(between)
+    for name, kind in program.constants.items():
+        info.push_constant(kind, name)
+    for place, (name, kind) in enumerate(program.samplers.items()):
+        info.sampler(place, kind, name)
+    for place, (name, kind) in enumerate(program.blocks.items()):
+        info.uniform_buf(place, kind, name)
+    for place, name in enumerate(program.outputs):
+        info.fragment_out(place, "VEC4", name)
+    info.vertex_source(program.vertex)
+    info.fragment_source(program.fragment)
+    return gpu.shader.create_from_info(info)
+
+
+@cache
+def surface_shader(variant: Variant) -> gpu.types.GPUShader:
+    return compiled(surface(variant))
+
+
+@cache
+def shadow_shader() -> gpu.types.GPUShader:
+    return compiled(shadow())
+
+
+@cache
+def gather_shader() -> gpu.types.GPUShader:
+    samplers = dict.fromkeys(("radiance_map", "entering_map", "distance_map", "tint_map"), "FLOAT_2D") | {"depth_map": "DEPTH_2D"}
+    return compiled(whole("gather", samplers, {}, ("burley",), gather="Gather"))
+
+
+@cache
+def add_shader() -> gpu.types.GPUShader:
+    return compiled(whole("add", {"radiance_map": "FLOAT_2D"}, {"weight": "FLOAT", "background": "VEC4"}))
+
+
+@cache
+def show_shader() -> gpu.types.GPUShader:
+    return compiled(whole("show", {"sum_map": "FLOAT_2D"}, {"weight": "FLOAT", "corner": "VEC2"}))
+
+
+def forget_shaders() -> None:
+    """Let the driver have back all shaders."""
+    for kept in (surface_shader, shadow_shader, gather_shader, add_shader, show_shader):
+        kept.cache_clear()
+
+
+def covering() -> gpu.types.GPUBatch:
+    """Return a triangle that covers all of a target."""
+    layout = gpu.types.GPUVertFormat()
+    layout.attr_add(id="position", comp_type="F32", len=2, fetch_mode="FLOAT")
+    vertices = gpu.types.GPUVertBuf(layout, 3)
+    vertices.attr_fill("position", [(-1.0, -1.0), (3.0, -1.0), (-1.0, 3.0)])
+    return gpu.types.GPUBatch(type="TRIS", buf=vertices)
+
+
+def _block(data: bytes) -> gpu.types.GPUUniformBuf:
+    return gpu.types.GPUUniformBuf(gpu.types.Buffer("UBYTE", len(data), data))
+
+
+class Targets:
+    """What a picture of `width` x `height` pixels is drawn into; with `scattering` also what light does below surfaces."""
+
+    def __init__(self, width: int, height: int, scattering: bool) -> None:
+        """Ask the driver for the memory; raises an exception of the gpu module where it has none."""
+        self.width, self.height, self.scattering = width, height, scattering
+        count = 4 if scattering else 1
+        self.colors = [self._texture() for _ in range(count)]
+        self.depth = gpu.types.GPUTexture((width, height), format="DEPTH_COMPONENT32F")
+        self.surfaces = gpu.types.GPUFrameBuffer(depth_slot=self.depth, color_slots=self.colors)
+        self.gathered = self._texture() if scattering else self.colors[0]
+        self.gathering = gpu.types.GPUFrameBuffer(color_slots=self.gathered)
+        self.sum = self._texture()
+        self.summing = gpu.types.GPUFrameBuffer(color_slots=self.sum)
+
+    def _texture(self) -> gpu.types.GPUTexture:
+        return gpu.types.GPUTexture((self.width, self.height), format="RGBA32F")
+
+
+class Painter:
+    """Draws `contents`; keeps on the driver what does not change between pictures."""
+
+    def __init__(self, contents: Contents) -> None:
+        self.contents = contents
+        self._covering = covering()
+        self._looks: dict[Look, gpu.types.GPUUniformBuf] = {}
+        self._images: dict[tuple[str, str], gpu.types.GPUTexture] = {}
+        self._targets: Targets | None = None
+        self._shadow_map: gpu.types.GPUTexture | None = None
+        self._shadowed: list[shadows.Tile] | None = None
+        self._order: list[tuple[Variant, Look, list[Part]]] = []
+        self._total = 0.0
+
+    def refresh(self) -> None:
+        """Take over what `contents` has read anew."""
+        contents = self.contents
+        looks = dict.fromkeys(contents.looks.values())
+        self._looks = {look: self._looks.get(look) or _block(look.packed()) for look in looks}
+        self._images = {}
+        self._lamps = _block(lamp_data.packed(contents.lamps))
+        self._shadowed = None
+        parts: dict[Look, list[Part]] = {look: [] for look in looks}
+        for part in contents.parts:
+            if part.is_seen:
+                parts[contents.looks[part.material]].append(part)
+        order = ((contents.variant(look), look, parts[look]) for look in looks if parts[look])
+        self._order = sorted(order, key=lambda entry: repr(entry[0]))
+
+    def compile(self) -> Iterable[str]:
+        """Compile what is not compiled yet; yields a word on each before it is, as that may take a moment."""
+        for variant in dict.fromkeys(variant for variant, _, _ in self._order):
+            yield f"Compiling {variant.law.stem}"
+            surface_shader(variant)
+
+    def begin(self, view: View) -> None:
+        """Start a picture: nothing is in it yet."""
+        scattering = self.contents.scatters
+        size = (view.width, view.height, scattering)
+        if self._targets is None or (self._targets.width, self._targets.height, self._targets.scattering) != size:
+            self._targets = None  # the driver may not have room for both
+            self._targets = Targets(*size)
+        self._targets.sum.clear(format="FLOAT", value=CLEAR)
+        self._total = 0.0
+        self._draw_shadows(view)
+
+    def add(self, view: View, sample: int, filter_size: float, background: Rgba) -> None:
+        """Add one sample of every pixel, seen over `background`."""
+        x, y, weight = offset(sample, filter_size)
+        seen = view.shifted(x, y)
+        targets = self._targets
+        self._draw_surfaces(targets, seen)
+        if targets.scattering:
+            self._gather(targets, seen, sample)
+        with targets.summing.bind():
+            gpu.state.depth_test_set("NONE")
+            gpu.state.depth_mask_set(False)
+            gpu.state.blend_set("ADDITIVE_PREMULT")
+            shader = add_shader()
+            shader.bind()
+            shader.uniform_sampler("radiance_map", targets.gathered)
+            shader.uniform_float("weight", weight)
+            shader.uniform_float("background", background)
+            self._covering.draw(shader)
+            gpu.state.blend_set("NONE")
+        self._total += weight
+
+    def show(self, corner: tuple[float, float]) -> None:
+        """Draw the picture so far into the bound framebuffer, its bottom left corner at `corner` [pixels]."""
+        shader = show_shader()
+        shader.bind()
+        shader.uniform_sampler("sum_map", self._targets.sum)
+        shader.uniform_float("weight", 1.0 / self._total)
+        shader.uniform_float("corner", corner)
+        self._covering.draw(shader)
+
+    def read(self) -> gpu.types.Buffer:
+        """Return the picture so far: red, green, blue, alpha of each pixel, rows from the bottom."""
+        targets = self._targets
+        finished = Targets._texture(targets)
+        with gpu.types.GPUFrameBuffer(color_slots=finished).bind():
+            self.show((0.0, 0.0))
+        pixels = finished.read()
+        pixels.dimensions = 4 * targets.width * targets.height
+        return pixels
+
+    def _draw_shadows(self, view: View) -> None:
+        """Draw the shadow maps, unless they are as they were."""
+        if not self.contents.light().shadows:
+            return
+        tiles = shadows.tiles(self.contents.lamps, self.contents.parts, view)
+        if tiles == self._shadowed:
+            return
+        self._shadowed = tiles
+        self._shadow_block = _block(shadows.packed(tiles))
+        across = max((tile.x + tile.size for tile in tiles), default=1)
+        if self._shadow_map is None or self._shadow_map.width != across:
+            self._shadow_map = gpu.types.GPUTexture((across, across), format="R32F")
+            depth = gpu.types.GPUTexture((across, across), format="DEPTH_COMPONENT32F")
+            self._shadow_target = gpu.types.GPUFrameBuffer(depth_slot=depth, color_slots=self._shadow_map)
+        shader = shadow_shader()
+        with self._shadow_target.bind():
+            self._shadow_target.clear(color=(1.0, 1.0, 1.0, 1.0), depth=1.0)
+            _draw_nearest()
+            shader.bind()
+            for tile in tiles:
+                self._shadow_target.viewport_set(tile.x, tile.y, tile.size, tile.size)
+                shader.uniform_float("lamp_matrix", tile.matrix)
+                for part in self.contents.parts:
+                    if part.casts:
+                        shader.uniform_float("object_matrix", part.matrix)
+                        look = self.contents.looks[part.material]
+                        part.mesh.batch(part.slot, look.paint, look.attribute).draw(shader)
+            self._shadow_target.viewport_set(0, 0, across, across)
+
+    def _draw_surfaces(self, targets: Targets, view: View) -> None:
+        """Draw every pixel's nearest surface."""
+        seen = _block(view.packed(self.contents.world))
+        with targets.surfaces.bind():
+            targets.surfaces.clear(color=CLEAR, depth=1.0)
+            _draw_nearest()
+            for variant, look, parts in self._order:
+                shader = surface_shader(variant)
+                shader.bind()
+                shader.uniform_block("view", seen)
+                shader.uniform_block("material", self._looks[look])
+                shader.uniform_block("lamps", self._lamps)
+                if variant.light.shadows:
+                    shader.uniform_block("shadows", self._shadow_block)
+                    shader.uniform_sampler("shadow_map", self._shadow_map)
+                if variant.paint is Paint.IMAGE:
+                    shader.uniform_sampler("color_image", self._image(look))
+                for part in parts:
+                    shader.uniform_float("object_matrix", part.matrix)
+                    shader.uniform_float("orientation", -1.0 if part.matrix.is_negative else 1.0)
+                    if variant.scatters:
+                        shader.uniform_int("object_number", part.number)
+                    part.mesh.batch(part.slot, look.paint, look.attribute).draw(shader)
+            gpu.state.depth_test_set("NONE")
+
+    def _gather(self, targets: Targets, view: View, sample: int) -> None:
+        """Add the light that leaves surfaces elsewhere than it entered."""
+        data = shadows.columns(view.projection.inverted_safe())
+        data += struct.pack("8f", view.width, view.height, 1.0 / view.width, 1.0 / view.height, *_turn(sample), 0.0, 0.0)
+        with targets.gathering.bind():
+            shader = gather_shader()
+            shader.bind()
+            shader.uniform_block("gather", _block(data))
+            for name, texture in zip(("radiance_map", "entering_map", "distance_map", "tint_map"), targets.colors, strict=True):
+                shader.uniform_sampler(name, texture)
+            shader.uniform_sampler("depth_map", targets.depth)
+            self._covering.draw(shader)
+
+    def _image(self, look: Look) -> gpu.types.GPUTexture:
+        """Return the image of `look` on the driver; black where there is none."""
+        key = (look.source.file, look.source.wrap)
+        if key not in self._images:
+            if look.lacks_image:
+                texture = gpu.types.GPUTexture((1, 1), format="RGBA8")
+                texture.clear(format="FLOAT", value=CLEAR)
+            else:
+                texture = gpu.texture.from_image(look.image)
+                texture.filter_mode(True)
+                texture.extend_mode(EXTENSIONS[look.source.wrap])
+            self._images[key] = texture
+        return self._images[key]
+
+
+def _draw_nearest() -> None:
+    gpu.state.blend_set("NONE")
+    gpu.state.face_culling_set("NONE")
+    gpu.state.depth_test_set("LESS_EQUAL")
+    gpu.state.depth_mask_set(True)
+
+
+def _turn(sample: int) -> Sequence[float]:
+    """Return by how much of a turn, and of a step, the points of a sample's disk differ from those of the first."""
+    return (sample * GOLDEN) % 1.0, (sample * 0.7548776662466927) % 1.0

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shadow maps of suns and spots: where each lamp looks from, fitted to what the camera sees, and its tile in one square texture."""
+
+import math
+import struct
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from mathutils import Matrix, Vector
+
+from .contents import Part
+from .lamps import Lamp
+from .program import MOST_LAMPS
+from .view import View, columns
+
+MAP_SIZE, LARGEST_TILE = 4096, 2048  # texels
+NEAREST = 1e-3  # of a spot's reach
+STEP = 2.0**0.25  # a sun's map grows in such steps, so that its texels stay where they are while the view turns
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A lamp's map: `matrix` takes a point of the world to its clip space; `x`, `y`, `size` in texels; `texel` what one covers [m],
+    for a spot at a distance of 1 m.
+    """
+
+    lamp: int
+    matrix: Matrix
+    x: int
+    y: int
+    size: int
+    texel: float
+
+
+def tiles(lamps: Sequence[Lamp], parts: Sequence[Part], view: View) -> list[Tile]:
+    """Return the maps of the lamps that cast shadows, as large as they all fit."""
+    casting = [index for index, lamp in enumerate(lamps) if lamp.casts]
+    if not casting or not parts:
+        return []
+    across = math.ceil(math.sqrt(len(casting)))
+    size = min(MAP_SIZE // across, LARGEST_TILE)
+    casters = [part.matrix @ Vector(point) for part in parts if part.casts for point in part.mesh.hull]
+    seen = list(_seen(parts, view))
+    made = []
+    for place, index in enumerate(casting):
+        look = _sun(lamps[index], casters, seen or casters, size) if lamps[index].kind == "SUN" else _spot(lamps[index], casters, size)
+        made.append(Tile(index, look[0], size * (place % across), size * (place // across), size, look[1]))
+    return made
+
+
+def _seen(parts: Sequence[Part], view: View) -> Iterable[Vector]:
+    """Yield corners of what of the scene is in the picture: its triangles cut off at the picture's edges."""
+    for part in parts:
+        if part.is_seen:
+            matrix = view.projection @ part.matrix
+            to_world = part.matrix
+            hull = part.mesh.hull
+            for at in range(0, len(hull), 3):
+                corners = [Vector(point) for point in hull[at : at + 3]]
+                polygon = [(matrix @ Vector((*corner, 1.0)), to_world @ corner) for corner in corners]
+                yield from (world for _, world in _clipped(polygon))
+
+
+def _clipped(polygon: list[tuple[Vector, Vector]]) -> list[tuple[Vector, Vector]]:
+    """Return a polygon cut at the six planes of the clip space, its corners there and in the world."""
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            cut = []
+            for k, (clip, world) in enumerate(polygon):
+                next_clip, next_world = polygon[(k + 1) % len(polygon)]
+                here, there = clip.w + sign * clip[axis], next_clip.w + sign * next_clip[axis]
+                if here >= 0.0:
+                    cut.append((clip, world))
+                if (here >= 0.0) != (there >= 0.0):
+                    t = here / (here - there)
+                    cut.append((clip.lerp(next_clip, t), world.lerp(next_world, t)))
+            polygon = cut
+            if not polygon:
+                return []
+    return polygon
+
+
+def _sun(lamp: Lamp, casters: Sequence[Vector], seen: Sequence[Vector], size: int) -> tuple[Matrix, float]:
+    """Return a sun's projection, which holds what is seen and all that may stand before it, and what a texel covers [m]."""
+    turn = Vector(lamp.towards).to_track_quat("Z", "Y").to_matrix().inverted()
+    points = [turn @ point for point in seen]
+    low = Vector(min(point[axis] for point in points) for axis in range(2))
+    high = Vector(max(point[axis] for point in points) for axis in range(2))
+    width = max(*(high - low), 1e-6) * (1.0 + 4.0 / size)
+    width = STEP ** math.ceil(math.log(width, STEP))
+    texel = width / size
+    center = [round((low[axis] + high[axis]) / (2.0 * texel)) * texel for axis in range(2)]
+    depths = [(turn @ point).z for point in (*casters, *seen)]
+    near, far = max(depths), min(depths)
+    deep = max(near - far, 1e-6) * 1.001
+    middle = (near + far) / 2.0
+    scale = Matrix.Diagonal((2.0 / width, 2.0 / width, -2.0 / deep, 1.0))
+    return scale @ Matrix.Translation((-center[0], -center[1], -middle)) @ turn.to_4x4(), texel
+
+
+def _spot(lamp: Lamp, casters: Sequence[Vector], size: int) -> tuple[Matrix, float]:
+    """Return a spot's projection, which holds its cone, and what a texel covers [m] at a distance of 1 m."""
+    place = Vector(lamp.place)
+    turn = Vector(lamp.towards).to_track_quat("Z", "Y").to_matrix().inverted()
+    far = max(((point - place).length for point in casters), default=1.0) * 1.001
+    near = far * NEAREST
+    half = math.tan(min(math.acos(max(-1.0, min(lamp.edge, 1.0))), math.radians(80.0)))
+    slope, shift = -(far + near) / (far - near), -2.0 * far * near / (far - near)
+    projection = Matrix(((1.0 / half, 0, 0, 0), (0, 1.0 / half, 0, 0), (0, 0, slope, shift), (0, 0, -1.0, 0)))
+    return projection @ turn.to_4x4() @ Matrix.Translation(-place), 2.0 * half / size
+
+
+def packed(made: Sequence[Tile]) -> bytes:
+    """Return the struct Shadows of program.py; lamps without a map have a tile of no size."""
+    by_lamp = {tile.lamp: tile for tile in made}
+    matrices, places, texels = bytearray(), bytearray(), bytearray()
+    for index in range(MOST_LAMPS):
+        tile = by_lamp.get(index)
+        matrices += columns(tile.matrix) if tile else bytes(64)
+        places += struct.pack("4f", tile.x, tile.y, tile.size, 0.0) if tile else bytes(16)
+        texels += struct.pack("4f", tile.texel, 0.0, 0.0, 0.0) if tile else bytes(16)
+    return bytes(matrices + places + texels)

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a picture is seen through: the projection of all of it, of a part of it, and of one sample of every pixel."""
+
+import math
+import struct
+from dataclasses import dataclass, replace
+
+from mathutils import Matrix, Vector
+
+BLACKMAN_HARRIS = (0.35875, -0.48829, 0.14128, -0.01168)  # Blackman and Harris's window, as cosines of multiples of its angle
+
+
+@dataclass(frozen=True)
+class View:
+    """A camera. `projection` takes a point of the world to the clip space of `width` x `height` pixels.
+
+    `eye` is its place [m] in perspective, the direction towards it in a parallel one.
+    """
+
+    projection: Matrix
+    eye: Vector
+    is_perspective: bool
+    width: int
+    height: int
+
+    def part(self, x: int, y: int, width: int, height: int) -> "View":
+        """Return the view of a rectangle of the picture in pixels, `x`, `y` its corner at the bottom left."""
+        wide, high = self.width / width, self.height / height
+        right, up = wide - 1.0 - 2.0 * x / width, high - 1.0 - 2.0 * y / height
+        crop = Matrix(((wide, 0.0, 0.0, right), (0.0, high, 0.0, up), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
+        return replace(self, projection=crop @ self.projection, width=width, height=height)
+
+    def shifted(self, x: float, y: float) -> "View":
+        """Return the view whose pixels' centers are where this one has what is `x`, `y` pixels right of and above them."""
+        shift = Matrix.Translation((-2.0 * x / self.width, -2.0 * y / self.height, 0.0))
+        return replace(self, projection=shift @ self.projection)
+
+    def packed(self, world: tuple[float, float, float]) -> bytes:
+        """Return the struct View of program.py, with the world's radiance [W/(m^2 sr)]."""
+        return columns(self.projection) + struct.pack("8f", *self.eye, float(self.is_perspective), *world, 0.0)
+
+
+def columns(matrix: Matrix) -> bytes:
+    """Return a matrix as shaders take it, column by column."""
+    return struct.pack("16f", *(value for column in matrix.transposed() for value in column))
+
+
+def offset(sample: int, size: float) -> tuple[float, float, float]:
+    """Return where a sample is taken, right of and above the pixel's center [pixels], and its weight in a filter `size` pixels wide.
+
+    The first is the center's; the rest follow the additive recurrence of the plastic number, which fills a square evenly (M. Roberts,
+    2018). The weight is that of Blackman and Harris's window.
+    """
+    if size <= 0.0 or sample == 0:
+        return 0.0, 0.0, 1.0
+    x, y = ((0.5 + sample * step) % 1.0 - 0.5 for step in (0.7548776662466927, 0.5698402909980532))
+    weight = math.prod(
+        sum(term * math.cos(2.0 * math.pi * k * (at + 0.5)) for k, term in enumerate(BLACKMAN_HARRIS)) for at in (x, y)
+    )
+    return x * size, y * size, weight

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One pixel of a surface under all lamps. RADIANCE(n, l, v) and ALBEDO(mu) are the material's model; whatever else is defined, the
+// scene and the material need: SUN, POINT, SPOT, AREA, SHADOWS, AMBIENT, COAT, SCATTERS, COLOR_ATTRIBUTE, COLOR_IMAGE; SCATTERING
+// where any material of the scene scatters, as all then write what that needs.
+
+#ifdef SHADOWS
+// Returns the share of a lamp's light that reaches the point: of the 3x3 texels around it, those that see nothing nearer.
+float light_share(int k, vec3 position, vec3 n, vec3 l)
+{
+    vec4 tile = shadows.tile[k];
+    if (tile.z == 0.0) { // this lamp casts none
+        return 1.0;
+    }
+    // Off the surface by what a texel covers there, so that it does not shade itself.
+    vec4 behind = shadows.matrix[k] * vec4(position, 1.0);
+    float texel = shadows.texel[k].x * behind.w;
+    float slope = sqrt(max(0.0, 1.0 - dot(n, l) * dot(n, l)));
+    vec4 place = shadows.matrix[k] * vec4(position + n * (texel * (0.5 + 2.0 * slope)), 1.0);
+    vec3 at = place.xyz / place.w;
+    if (place.w <= 0.0 || any(greaterThan(abs(at), vec3(1.0)))) {
+        return 1.0;
+    }
+    vec2 texels = (at.xy * 0.5 + 0.5) * tile.z - 0.5;
+    ivec2 corner = ivec2(floor(texels));
+    vec2 part = texels - vec2(corner);
+    ivec2 low = ivec2(tile.xy), high = ivec2(tile.xy + tile.z) - 1;
+    float share = 0.0;
+    for (int x = -1; x <= 2; x++) {
+        for (int y = -1; y <= 2; y++) {
+            // a box of 3x3 texels around the point weighs the four by four that it touches
+            vec2 weight = vec2(x == -1 ? 1.0 - part.x : x == 2 ? part.x : 1.0, y == -1 ? 1.0 - part.y : y == 2 ? part.y : 1.0);
+            float nearest = texelFetch(shadow_map, clamp(low + corner + ivec2(x, y), low, high), 0).x;
+            share += weight.x * weight.y * (at.z <= nearest ? 1.0 : 0.0);
+        }
+    }
+    return share / 9.0;
+}
+#endif
+
+vec3 lamp_irradiance(Lamp lamp, vec3 position, out vec3 l)
+{
+#ifdef SUN
+    if (lamp.place.w == float(LAMP_SUN)) {
+        return sun_irradiance(lamp, l);
+    }
+#endif
+#ifdef POINT
+    if (lamp.place.w == float(LAMP_POINT)) {
+        return point_irradiance(lamp, position, l);
+    }
+#endif
+#ifdef SPOT
+    if (lamp.place.w == float(LAMP_SPOT)) {
+        return spot_irradiance(lamp, position, l);
+    }
+#endif
+#ifdef AREA
+    if (lamp.place.w == float(LAMP_AREA)) {
+        return area_irradiance(lamp, position, l);
+    }
+#endif
+    l = vec3(0.0);
+    return vec3(0.0);
+}
+
+void main()
+{
+    vec3 v = view.camera.w == 0.0 ? view.camera.xyz : normalize(view.camera.xyz - world_position);
+    vec3 n = normalize(world_normal);
+    n = gl_FrontFacing == (orientation > 0.0) ? n : -n;
+    float below = dot(n, v);
+    if (below < 1e-4) { // an interpolated normal that looks away from the viewer is bent until it is seen, at grazing view
+        n = normalize(n + v * (1e-4 - below));
+    }
+    vec3 albedo = material.color.rgb;
+#ifdef COLOR_ATTRIBUTE
+    albedo *= vertex_color.rgb;
+#endif
+#ifdef COLOR_IMAGE
+    albedo *= texture(color_image, vertex_uv).rgb;
+#endif
+    vec3 radiance = vec3(0.0);
+#ifdef COAT
+    vec3 mirrored = vec3(0.0);
+#endif
+#ifdef SCATTERS
+    vec3 entering = vec3(0.0); // irradiance of the surface [W/m^2]
+#endif
+    for (int k = 0; k < lamps.count.x; k++) {
+        vec3 l;
+        vec3 irradiance = lamp_irradiance(lamps.lamp[k], world_position, l);
+#ifdef SHADOWS
+        irradiance *= light_share(k, world_position, n, l);
+#endif
+        radiance += irradiance * (RADIANCE(n, l, v));
+#ifdef COAT
+        mirrored += irradiance * coat_highlight(n, l, v, material.coat.y);
+#endif
+#ifdef SCATTERS
+        entering += irradiance * max(dot(n, l), 0.0);
+#endif
+    }
+#if defined(AMBIENT) || defined(COAT)
+    float mu = clamp(dot(n, v), 0.0, 1.0);
+#endif
+#ifdef AMBIENT
+    radiance += view.world.rgb * (ALBEDO(mu));
+#ifdef COAT
+    mirrored += view.world.rgb;
+#endif
+#ifdef SCATTERS
+    entering += 3.14159265358979 * view.world.rgb;
+#endif
+#endif
+#ifdef COAT
+    float coat = material.coat.x * coat_fresnel(mu, material.coat.y, material.coat.z);
+#else
+    const float coat = 0.0;
+#endif
+#ifdef SCATTERS
+    float share = material.scattering.w * (1.0 - coat); // of the light, scattered below the surface
+    radiance *= 1.0 - material.scattering.w;
+    out_entering = vec4(entering, float(object_number));
+    out_distance = vec4(burley_d(albedo, material.scattering.rgb), 1.0);
+    out_tint = vec4(albedo * (share / 3.14159265358979), 1.0);
+#elif defined(SCATTERING)
+    out_entering = out_distance = out_tint = vec4(0.0);
+#endif
+    radiance *= 1.0 - coat;
+#ifdef COAT
+    radiance += coat * mirrored;
+#endif
+    out_radiance = vec4(radiance, 1.0);
+}
