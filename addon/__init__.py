@@ -19,13 +19,14 @@ class glTF2ExportUserExtension:
 
 
 def register() -> None:
-    from . import appended, lamp_watch, operators, preferences, properties, ui, usd
+    from . import appended, lamp_watch, operators, preferences, properties, realtime, ui, usd
     from .leave_out import watch
 
     preferences.register()
     properties.register()
     operators.register()
     ui.register()
+    realtime.register()
     usd.register()
     watch.register()
     lamp_watch.register()
@@ -33,13 +34,14 @@ def register() -> None:
 
 
 def unregister() -> None:
-    from . import appended, lamp_watch, operators, preferences, properties, ui, usd
+    from . import appended, lamp_watch, operators, preferences, properties, realtime, ui, usd
     from .leave_out import watch
 
     appended.unregister()
     lamp_watch.unregister()
     watch.unregister()
     usd.unregister()
+    realtime.unregister()
     ui.unregister()
     operators.unregister()
     properties.unregister()

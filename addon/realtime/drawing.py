@@ -23,8 +23,12 @@ GOLDEN = 0.618033988749895
 type Rgba = tuple[float, float, float, float]
 
 
+class Refused(Exception):
+    """The graphics driver refuses something; the message says what."""
+
+
 def compiled(program: Program) -> gpu.types.GPUShader:
-    """Return a program on the driver. Raises an exception of the gpu module where the driver refuses it."""
+    """Return a program on the driver; raises Refused."""
     info = gpu.types.GPUShaderCreateInfo()
     if program.blocks:
         info.typedef_source(structs(program))
@@ -45,7 +49,10 @@ def compiled(program: Program) -> gpu.types.GPUShader:
         info.fragment_out(place, "VEC4", name)
     info.vertex_source(program.vertex)
     info.fragment_source(program.fragment)
-    return gpu.shader.create_from_info(info)
+    try:
+        return gpu.shader.create_from_info(info)
+    except Exception as error:  # that is what the gpu module raises
+        raise Refused(f"The graphics driver does not compile {program.name}") from error
 
 
 @cache
@@ -71,7 +78,7 @@ def add_shader() -> gpu.types.GPUShader:
 
 @cache
 def show_shader() -> gpu.types.GPUShader:
-    return compiled(whole("show", {"sum_map": "FLOAT_2D"}, {"weight": "FLOAT", "corner": "VEC2"}))
+    return compiled(whole("show", {"sum_map": "FLOAT_2D"}, {"weight": "FLOAT"}))
 
 
 def forget_shaders() -> None:
@@ -97,13 +104,19 @@ class Targets:
     """What a picture of `width` x `height` pixels is drawn into; with `scattering` also what light does below surfaces."""
 
     def __init__(self, width: int, height: int, scattering: bool) -> None:
-        """Ask the driver for the memory; raises an exception of the gpu module where it has none."""
+        """Ask the driver for the memory; raises Refused."""
         self.width, self.height, self.scattering = width, height, scattering
-        count = 4 if scattering else 1
+        try:
+            self._allocate()
+        except (RuntimeError, ValueError, MemoryError) as error:
+            raise Refused(f"The graphics driver has no room for a picture of {width} x {height} pixels: {error}") from error
+
+    def _allocate(self) -> None:
+        count = 4 if self.scattering else 1
         self.colors = [self._texture() for _ in range(count)]
-        self.depth = gpu.types.GPUTexture((width, height), format="DEPTH_COMPONENT32F")
+        self.depth = gpu.types.GPUTexture((self.width, self.height), format="DEPTH_COMPONENT32F")
         self.surfaces = gpu.types.GPUFrameBuffer(depth_slot=self.depth, color_slots=self.colors)
-        self.gathered = self._texture() if scattering else self.colors[0]
+        self.gathered = self._texture() if self.scattering else self.colors[0]
         self.gathering = gpu.types.GPUFrameBuffer(color_slots=self.gathered)
         self.sum = self._texture()
         self.summing = gpu.types.GPUFrameBuffer(color_slots=self.sum)
@@ -179,13 +192,18 @@ class Painter:
             gpu.state.blend_set("NONE")
         self._total += weight
 
-    def show(self, corner: tuple[float, float]) -> None:
-        """Draw the picture so far into the bound framebuffer, its bottom left corner at `corner` [pixels]."""
+    def show_blended(self) -> None:
+        """Draw the picture so far over what the window has."""
+        gpu.state.blend_set("ALPHA_PREMULT")
+        self.show()
+        gpu.state.blend_set("NONE")
+
+    def show(self) -> None:
+        """Draw the picture so far into the bound framebuffer."""
         shader = show_shader()
         shader.bind()
         shader.uniform_sampler("sum_map", self._targets.sum)
         shader.uniform_float("weight", 1.0 / self._total)
-        shader.uniform_float("corner", corner)
         self._covering.draw(shader)
 
     def read(self) -> gpu.types.Buffer:
@@ -193,7 +211,7 @@ class Painter:
         targets = self._targets
         finished = Targets._texture(targets)
         with gpu.types.GPUFrameBuffer(color_slots=finished).bind():
-            self.show((0.0, 0.0))
+            self.show()
         pixels = finished.read()
         pixels.dimensions = 4 * targets.width * targets.height
         return pixels

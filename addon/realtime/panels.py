@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The engine's settings in Render properties, and which of Blender's own panels it shows."""
+
+from collections.abc import Iterator
+
+import bpy
+
+from .engine import IDENTIFIER
+
+GENERIC = "BLENDER_RENDER"  # what panels for any engine say they are for
+LEFT_OUT = ("freestyle", "DATA_PT_light", "DATA_PT_spot")  # parts of names: what the engine has not, or EEVEE's panels show better
+EEVEES = {  # what the engine follows of EEVEE's settings
+    "DATA_PT_EEVEE_light",
+    "DATA_PT_EEVEE_light_shadow",
+    "EEVEE_MATERIAL_PT_context_material",
+    "EEVEE_MATERIAL_PT_surface",
+    "EEVEE_WORLD_PT_surface",
+    "MATERIAL_PT_preview",
+    "RENDER_PT_eevee_film",
+    "VIEWLAYER_PT_override",
+}
+
+
+class TRUE_DIFFUSE_PT_sampling(bpy.types.Panel):
+    """Samples of the realtime engine"""
+
+    bl_label = "Sampling"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+    COMPAT_ENGINES = {IDENTIFIER}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.engine in cls.COMPAT_ENGINES
+
+    def draw(self, context: bpy.types.Context) -> None:
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = False
+        column = self.layout.column(align=True)
+        column.prop(context.scene.true_diffuse, "viewport_samples", text="Viewport")
+        column.prop(context.scene.true_diffuse, "samples", text="Render")
+
+
+def shared() -> Iterator[type[bpy.types.Panel]]:
+    """Yield Blender's own panels that hold for the engine."""
+    waiting = list(bpy.types.Panel.__subclasses__())
+    while waiting:
+        panel = waiting.pop()
+        waiting += panel.__subclasses__()
+        engines, name = getattr(panel, "COMPAT_ENGINES", ()), panel.__name__
+        if name in EEVEES or (GENERIC in engines and not any(part in name for part in LEFT_OUT)):
+            yield panel
+
+
+def register() -> None:
+    bpy.utils.register_class(TRUE_DIFFUSE_PT_sampling)
+    for panel in shared():
+        panel.COMPAT_ENGINES.add(IDENTIFIER)
+
+
+def unregister() -> None:
+    for panel in shared():
+        panel.COMPAT_ENGINES.discard(IDENTIFIER)
+    bpy.utils.unregister_class(TRUE_DIFFUSE_PT_sampling)
