@@ -5,13 +5,8 @@
 // P [W], r [m], E0 the irradiance [W/m^2] on a plane that faces the lamp, theta the angle from the direction an area lamp faces.
 // GLSL 3.30 and ES 3.00 (under precision highp float); functions only, no bindings.
 
-#define LAMP_SUN 0
-#define LAMP_POINT 1
-#define LAMP_SPOT 2
-#define LAMP_AREA 3
-
 struct Lamp {
-    vec4 place;    // xyz: position [m], w: which of the four
+    vec4 place;    // xyz: position [m], w: its kind, which the functions below do not ask for
     vec4 axis;     // xyz: unit vector against the direction it shines in; w, a spot's: cosine of half its cone
     vec4 strength; // rgb: E0 of a sun, P of the others; w, a spot's: the part of the cosine over which its cone fades
 };

@@ -11,6 +11,7 @@ import gpu
 
 from . import lamps as lamp_data
 from . import shadows
+from .blocks import columns
 from .contents import Contents, Part
 from .materials import Look
 from .program import Paint, Program, Variant, shadow, structs, surface, whole
@@ -228,12 +229,13 @@ class Painter:
         across = max((tile.x + tile.size for tile in tiles), default=1)
         if self._shadow_map is None or self._shadow_map.width != across:
             self._shadow_map = gpu.types.GPUTexture((across, across), format="R32F")
-            depth = gpu.types.GPUTexture((across, across), format="DEPTH_COMPONENT32F")
-            self._shadow_target = gpu.types.GPUFrameBuffer(depth_slot=depth, color_slots=self._shadow_map)
+            # kept, as a framebuffer does not keep its textures
+            self._shadow_depth = gpu.types.GPUTexture((across, across), format="DEPTH_COMPONENT32F")
+            self._shadow_target = gpu.types.GPUFrameBuffer(depth_slot=self._shadow_depth, color_slots=self._shadow_map)
         shader = shadow_shader()
         with self._shadow_target.bind():
-            self._shadow_target.clear(color=(1.0, 1.0, 1.0, 1.0), depth=1.0)
             _draw_nearest()
+            self._shadow_target.clear(color=(1.0, 1.0, 1.0, 1.0), depth=1.0)
             shader.bind()
             for tile in tiles:
                 self._shadow_target.viewport_set(tile.x, tile.y, tile.size, tile.size)
@@ -249,8 +251,8 @@ class Painter:
         """Draw every pixel's nearest surface."""
         seen = _block(view.packed(self.contents.world))
         with targets.surfaces.bind():
-            targets.surfaces.clear(color=CLEAR, depth=1.0)
             _draw_nearest()
+            targets.surfaces.clear(color=CLEAR, depth=1.0)
             for variant, look, parts in self._order:
                 shader = surface_shader(variant)
                 shader.bind()
@@ -272,7 +274,7 @@ class Painter:
 
     def _gather(self, targets: Targets, view: View, sample: int) -> None:
         """Add the light that leaves surfaces elsewhere than it entered."""
-        data = shadows.columns(view.projection.inverted_safe())
+        data = columns(view.projection.inverted_safe())
         data += struct.pack("8f", view.width, view.height, 1.0 / view.width, 1.0 / view.height, *_turn(sample), 0.0, 0.0)
         with targets.gathering.bind():
             shader = gather_shader()
@@ -299,6 +301,7 @@ class Painter:
 
 
 def _draw_nearest() -> None:
+    """Have what is nearest drawn; before a target is cleared, too, as depth is cleared only where it may be written."""
     gpu.state.blend_set("NONE")
     gpu.state.face_culling_set("NONE")
     gpu.state.depth_test_set("LESS_EQUAL")

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The render engine True Diffuse Realtime, in the viewport and in final renders."""
 
+from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING
 
 import bpy
@@ -86,7 +88,7 @@ class TrueDiffuseRealtime(bpy.types.RenderEngine):
         notes = "; ".join(contents.notes)
         self.update_stats(f"Sample {self._sample}", notes)
         if self._sample < scene.true_diffuse.viewport_samples:
-            self.tag_redraw()
+            bpy.app.timers.register(partial(_redraw, context.area))  # what asks for it while it is drawn is not heard
 
     def _render(self, depsgraph: bpy.types.Depsgraph) -> None:
         from .drawing import Painter
@@ -152,6 +154,12 @@ def _window(context: bpy.types.Context) -> View:
     place = view.view_matrix.inverted_safe()
     eye = place.translation.copy() if view.is_perspective else (place.to_3x3() @ Vector((0.0, 0.0, 1.0))).normalized()
     return View(view.perspective_matrix.copy(), eye, view.is_perspective, region.width, region.height)
+
+
+def _redraw(area: bpy.types.Area) -> None:
+    """Draw a viewport again, unless it is gone."""
+    with suppress(ReferenceError):
+        area.tag_redraw()
 
 
 def _background(scene: bpy.types.Scene, contents: Contents) -> "Rgba":

@@ -2,7 +2,6 @@
 """The lamps of a scene as the realtime engine draws them: what shaders/lamps.glsl takes, in Blender's units."""
 
 import math
-import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,9 +9,7 @@ import bpy
 
 from mathutils import Matrix, Vector
 
-from .program import KINDS, MOST_LAMPS
-
-LAMP_SIZE = 48  # bytes
+from . import blocks
 
 
 @dataclass(frozen=True)
@@ -32,8 +29,7 @@ class Lamp:
 
     def packed(self) -> bytes:
         """Return the struct Lamp of shaders/lamps.glsl."""
-        kind = float(KINDS.index(self.kind))
-        return struct.pack("12f", *self.place, kind, *self.towards, self.edge, *self.strength, self.fade)
+        return blocks.lamp(self.kind, self.place, self.towards, self.strength, self.edge, self.fade)
 
 
 def lamp_of(light: bpy.types.Object, matrix: Matrix) -> Lamp:
@@ -65,7 +61,5 @@ def _size(data: bpy.types.Light, matrix: Matrix) -> float:
 
 
 def packed(lamps: Sequence[Lamp]) -> bytes:
-    """Return the struct Lamps of program.py, with at most MOST_LAMPS of `lamps`."""
-    used = lamps[:MOST_LAMPS]
-    data = struct.pack("4i", len(used), 0, 0, 0) + b"".join(lamp.packed() for lamp in used)
-    return data + bytes(LAMP_SIZE * (MOST_LAMPS - len(used)))
+    """Return the struct Lamps of program.py, with as many of `lamps` as it holds."""
+    return blocks.lamps([lamp.packed() for lamp in lamps])

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the realtime engine draws of a material: its law, what colors it, its coat and how far light goes below it."""
 
-import struct
 from dataclasses import dataclass, field
 
 import bpy
@@ -9,6 +8,7 @@ import bpy
 from ..nodes import SPECULAR_GROUP, SUBSURFACE
 from ..usd.read import Names, group_node, read, read_color
 from ..usd.surface import Image, Rgb, Source, Surface
+from . import blocks
 from .laws import LAMBERT, LAWS, SPECULAR, Law
 from .program import Paint
 
@@ -52,8 +52,7 @@ class Look:
 
     def packed(self) -> bytes:
         """Return the struct Material of program.py."""
-        shape = (*self.shape, 0.0, 0.0, 0.0, 0.0)[:4]
-        return struct.pack("16f", *self.color, 1.0, *shape, *self.coat, 0.0, *self.scattering)
+        return blocks.material(self.color, self.shape, self.coat, self.scattering)
 
 
 def look_of(material: bpy.types.Material | None, meter: float) -> Look:

@@ -76,7 +76,7 @@ def _file(name: str) -> str:
 def surface(variant: Variant) -> Program:
     """Return the program that draws surfaces under all lamps."""
     law, light = variant.law, variant.light
-    stems, defines = [law.stem], [kind for kind in KINDS if kind in light.kinds]
+    stems, defines = [law.stem], [f"{kind} {number}.0" for number, kind in enumerate(KINDS) if kind in light.kinds]
     for used, name, needs in (
         (light.shadows, "SHADOWS", ()),
         (light.ambient, "AMBIENT", ("albedo",)),

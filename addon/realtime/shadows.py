@@ -8,10 +8,11 @@ from dataclasses import dataclass
 
 from mathutils import Matrix, Vector
 
+from .blocks import columns
 from .contents import Part
 from .lamps import Lamp
 from .program import MOST_LAMPS
-from .view import View, columns
+from .view import View
 
 MAP_SIZE, LARGEST_TILE = 4096, 2048  # texels
 NEAREST = 1e-3  # of a spot's reach

@@ -2,10 +2,11 @@
 """What a picture is seen through: the projection of all of it, of a part of it, and of one sample of every pixel."""
 
 import math
-import struct
 from dataclasses import dataclass, replace
 
 from mathutils import Matrix, Vector
+
+from . import blocks
 
 BLACKMAN_HARRIS = (0.35875, -0.48829, 0.14128, -0.01168)  # Blackman and Harris's window, as cosines of multiples of its angle
 
@@ -37,12 +38,7 @@ class View:
 
     def packed(self, world: tuple[float, float, float]) -> bytes:
         """Return the struct View of program.py, with the world's radiance [W/(m^2 sr)]."""
-        return columns(self.projection) + struct.pack("8f", *self.eye, float(self.is_perspective), *world, 0.0)
-
-
-def columns(matrix: Matrix) -> bytes:
-    """Return a matrix as shaders take it, column by column."""
-    return struct.pack("16f", *(value for column in matrix.transposed() for value in column))
+        return blocks.view(self.projection, self.eye, self.is_perspective, world)
 
 
 def offset(sample: int, size: float) -> tuple[float, float, float]:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One pixel of a surface under all lamps. RADIANCE(n, l, v) and ALBEDO(mu) are the material's model; whatever else is defined, the
-// scene and the material need: SUN, POINT, SPOT, AREA, SHADOWS, AMBIENT, COAT, SCATTERS, COLOR_ATTRIBUTE, COLOR_IMAGE; SCATTERING
-// where any material of the scene scatters, as all then write what that needs.
+// scene and the material need: SUN, POINT, SPOT, AREA (the kind's number), SHADOWS, AMBIENT, COAT, SCATTERS, COLOR_ATTRIBUTE,
+// COLOR_IMAGE; SCATTERING where any material of the scene scatters, as all then write what that needs.
 
 #ifdef SHADOWS
 // Returns the share of a lamp's light that reaches the point: of the 3x3 texels around it, those that see nothing nearer.
@@ -40,22 +40,22 @@ float light_share(int k, vec3 position, vec3 n, vec3 l)
 vec3 lamp_irradiance(Lamp lamp, vec3 position, out vec3 l)
 {
 #ifdef SUN
-    if (lamp.place.w == float(LAMP_SUN)) {
+    if (lamp.place.w == SUN) {
         return sun_irradiance(lamp, l);
     }
 #endif
 #ifdef POINT
-    if (lamp.place.w == float(LAMP_POINT)) {
+    if (lamp.place.w == POINT) {
         return point_irradiance(lamp, position, l);
     }
 #endif
 #ifdef SPOT
-    if (lamp.place.w == float(LAMP_SPOT)) {
+    if (lamp.place.w == SPOT) {
         return spot_irradiance(lamp, position, l);
     }
 #endif
 #ifdef AREA
-    if (lamp.place.w == float(LAMP_AREA)) {
+    if (lamp.place.w == AREA) {
         return area_irradiance(lamp, position, l);
     }
 #endif

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A rough dielectric coat over a base, weight w: the share F of what the viewer sees is the coat's, whatever the light:
+//     L_r = (1 - w F) L_base + w F L_coat,   F = coat_fresnel,   L_coat = coat_highlight E0
+// L_coat is a mirror of GGX microfacets that loses nothing, alpha = roughness^2, H halfway between L and V. B. Walter and others,
+// "Microfacet Models for Refraction through Rough Surfaces" (EGSR 2007), E. Heitz's height-correlated masking (JCGT 3(2), 2014):
+//     L_coat = (E0 / E(N.V)) D G2 / (4 N.V),   D = alpha^2 / (pi [(N.H)^2 (alpha^2 - 1) + 1]^2)
+//     G2 = 2 (N.L)(N.V) / [(N.V) R(N.L) + (N.L) R(N.V)],   R(mu) = sqrt(alpha^2 + (1 - alpha^2) mu^2)
+// E is the directional albedo of D G2 alone: what bounces between the microfacets is given back in the same shape, as Cycles does
+// for Multiscatter GGX. That makes it reciprocal but for the factor 1 / E(N.V).
+// GLSL 3.30 and ES 3.00 (under precision highp float); functions only, no bindings. Include geometry.glsl and wolff.glsl before it.
+
+// Returns alpha, at least 1e-3: of a smoother coat a lamp without size shows nothing.
+// roughness: 0 to 1, clamped, NaN gives 0.
+float coat_alpha(float roughness)
+{
+    float r = diffuse_range(roughness, 1.0);
+    return max(1e-3, r * r);
+}
+
+// Returns F, 0 to 1: Fresnel's reflectance averaged over the microfacets that the viewer sees, within 0.02 at index 1.4; that of a
+// smooth surface at the cosine sqrt(A + B mu + C mu^2) (addon/models/coat.py).
+// mu: N.V, 0 to 1, roughness: 0 to 1, ior: 1 to 3; clamped, NaN gives the lowest.
+float coat_fresnel(float mu, float roughness, float ior)
+{
+    float m = diffuse_range(mu, 1.0);
+    float r = diffuse_range(roughness, 1.0);
+    float alpha = r * r;
+    float head_on = 1.0 - alpha / (1.0 + 3.1 * alpha);
+    float a = alpha * alpha / (0.2 + alpha * (1.6 + 2.4 * alpha));
+    float b = 0.5 * alpha;
+    float cosine = sqrt(a + m * (b + m * (head_on - a - b)));
+    return diffuse_range(1.0 - wolff_transmittance(max(1e-9, cosine), wolff_coefficients(ior)), 1.0);
+}
+
+// Returns E(mu), 0.3 to 1, within 1.6 % of it: a fit by scripts/fit_albedo.py, exact at mu = 0 and where alpha vanishes.
+// mu: N.V, 0 to 1.
+float coat_kept(float mu, float alpha)
+{
+    float near = mu * alpha * alpha / ((mu + 0.18 * alpha) * (mu * mu + alpha * (5.9 * alpha - 2.1 * mu)));
+    return 1.0 - near * (0.53998 + alpha * (0.34955 + 2.8904 * alpha) + mu * (-0.51646 + alpha * (3.5440 - 2.8879 * alpha)));
+}
+
+// Returns the radiance that the coat mirrors towards v per irradiance E0 on a plane that faces the light [1/sr], without F.
+// n, l, v: unit normal, direction to the light and to the viewer; geometry.glsl says what becomes of others.
+// roughness: 0 to 1, clamped, NaN gives 0.
+float coat_highlight(vec3 n, vec3 l, vec3 v, float roughness)
+{
+    DiffuseGeometry g = diffuse_geometry(n, l, v);
+    vec3 h = l + v;
+    float h_dot_h = dot(h, h);
+    if (!(g.mu_i > 0.0) || !(h_dot_h > 1e-30)) {
+        return 0.0;
+    }
+    float alpha = coat_alpha(roughness);
+    float alpha2 = alpha * alpha;
+    vec3 across = cross(n, h);
+    // sin^2 of the angle between N and H, which 1 - (N.H)^2 would lose, and from it (N.H)^2 (alpha^2 - 1) + 1
+    float spread = alpha2 + (1.0 - alpha2) * min(dot(across, across) / h_dot_h, 1.0);
+    float r_i = sqrt(alpha2 + (1.0 - alpha2) * g.mu_i * g.mu_i);
+    float r_o = sqrt(alpha2 + (1.0 - alpha2) * g.mu_o * g.mu_o);
+    float once = alpha2 / (spread * spread) * g.mu_i / (g.mu_o * r_i + g.mu_i * r_o);
+    return once / (6.28318530717959 * coat_kept(g.mu_o, alpha));
+}
