@@ -12,6 +12,7 @@ import bpy
 package, folder = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
 REPOSITORY = "walk"
 RENDERED = 40.0  # seconds until a software driver has compiled and drawn the viewport
+DRAWN = 12.0  # the same for the realtime engine
 
 type Steps = Generator[float]
 
@@ -118,6 +119,54 @@ def switch_engines() -> Steps:
         yield RENDERED
         picture(name)
     view.spaces.active.shading.type = "SOLID"
+    yield 1.0
+
+
+def draw_in_real_time() -> Steps:
+    """Orbit, edit, switch engines while the viewport draws and while a picture renders, with shadows and skin."""
+    scene, view, properties = bpy.context.scene, area("VIEW_3D"), area("PROPERTIES")
+    with within(view):
+        bpy.ops.mesh.primitive_plane_add(size=12.0, location=(0.0, 0.0, -1.0))
+        bpy.ops.mesh.primitive_monkey_add(location=(0.0, -2.2, 0.0), rotation=(-0.5, 0.0, 0.6))
+        bpy.ops.object.shade_smooth()
+        assert bpy.ops.true_diffuse.assign_preset("EXEC_DEFAULT", True, key="skin_1") == {"FINISHED"}
+    added = list(bpy.context.view_layer.objects)[-2:]
+    sun = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    sun.rotation_euler = (0.6, 0.5, 0.0)
+    sun.data.energy = 2.0
+    scene.collection.objects.link(sun)
+    bpy.context.view_layer.objects.active = cube()
+    scene.render.engine = "TRUE_DIFFUSE_REALTIME"
+    properties.spaces.active.context = "RENDER"
+    view.spaces.active.shading.type = "RENDERED"
+    yield DRAWN
+    picture("realtime")
+    x, y = middle(view)
+    point(x, y)
+    mouse("mousedown", 2)
+    for step in range(8):
+        mouse("mousemove", x + 12 * step, y - 6 * step)
+        yield 0.3
+    mouse("mouseup", 2)
+    nodes()["Rough Diffuse"].inputs["Roughness"].default_value = 0.0
+    yield DRAWN
+    picture("realtime_orbited")
+    bpy.ops.render.render("INVOKE_DEFAULT")
+    scene.render.engine = "BLENDER_EEVEE"  # while it renders
+    yield DRAWN
+    picture("realtime_rendered")
+    for shown in [other for other in bpy.context.window_manager.windows if other != window()]:
+        with bpy.context.temp_override(window=shown):
+            bpy.ops.wm.window_close()
+    scene.render.engine = "TRUE_DIFFUSE_REALTIME"
+    yield 1.0
+    for item in (*added, sun):
+        bpy.data.objects.remove(item)
+    yield 2.0
+    view.spaces.active.shading.type = "SOLID"
+    scene.render.engine = "BLENDER_EEVEE"
+    properties.spaces.active.context = "MATERIAL"
+    nodes()["Rough Diffuse"].inputs["Roughness"].default_value = 0.8
     yield 1.0
 
 
@@ -245,6 +294,7 @@ def walk() -> Steps:
         add_a_group,
         look_at_the_panel,
         switch_engines,
+        draw_in_real_time,
         convert,
         drag_an_asset,
         portrait,
