@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from .engines import CYCLES, EEVEE, Engine, uses_osl
+from .engines import CYCLES, EEVEE, ENGINES, REALTIME, Engine, uses_osl
 from .marks import LEAST_FOR
 from .measure.lobe_error import lobe_error
 from .models import CyclesDiffuse, Eon, Fujii, Lambert, Model, OrenNayar, OrenNayar1994, Pits, Specular, Wolff
@@ -36,6 +36,7 @@ MODELS: Mapping[str, Callable[[float, float], Model]] = {
 WITHOUT_LAMPS = {"Lambert", "Pits"}  # the mode Lamps is made of lobes there
 EXACT_IN_OSL = {"Lambert", "Fujii", "EON", "Cycles Diffuse"}
 SCHEMES = {"Lobes": PAIR, "Lamps": PAIR, "Single": SINGLE, "Signed": SIGNED}  # of EEVEE
+DRAWN = {"Color"}  # sockets of which Realtime draws what feeds them
 ORDER = 6  # of the quadrature: two digits of the error, in 25 ms at most, as a panel is drawn while a slider moves
 
 
@@ -82,7 +83,7 @@ class Claim:
 
     def scheme(self, engine: Engine) -> str | None:
         """Return how the nodes make the model of lobes in `engine`, as `models/lobes.py` names it; None where that is not all."""
-        if self.group == SPECULAR_GROUP.key or self.follows_lamps:
+        if self.group == SPECULAR_GROUP.key or self.follows_lamps or engine is REALTIME:
             return None
         if engine is CYCLES:
             return CYCLES_LOBES
@@ -95,6 +96,8 @@ class Claim:
 
     def way(self, engine: Engine, osl: bool) -> str:
         """Return what makes it in `engine`, with `osl` or not: OSL or a mode or method; empty where there is but one way."""
+        if engine is REALTIME:
+            return ""
         if self.group == SUBSURFACE.key:
             return "" if engine is EEVEE else self.mode
         return "OSL" if osl and self.has_osl and not self.follows_lamps else self.mode
@@ -123,8 +126,8 @@ def claim_of_node(node: bpy.types.Node) -> Claim | None:
 
 
 def engine_of(scene: bpy.types.Scene) -> Engine | None:
-    """Return the engine that `scene` renders with; None where it is neither EEVEE nor Cycles."""
-    return next((engine for engine in (EEVEE, CYCLES) if engine.identifier == scene.render.engine), None)
+    """Return the engine that `scene` renders with; None where it is none of ENGINES."""
+    return next((engine for engine in ENGINES.values() if engine.identifier == scene.render.engine), None)
 
 
 def stated_error(claim: Claim, scene: bpy.types.Scene) -> str:
@@ -132,9 +135,13 @@ def stated_error(claim: Claim, scene: bpy.types.Scene) -> str:
     engine = engine_of(scene)
     if engine is None:
         return ""
+    is_below = claim.group == SUBSURFACE.key
+    if engine is REALTIME:
+        if claim.fed - DRAWN or (is_below and claim.number("Subsurface") >= 1.0):
+            return ""
+        return "Rough part: exact under every lamp" if is_below else "Exact under every lamp"
     if claim.follows_lamps:
         return "Exact for the chosen lamps"
-    is_below = claim.group == SUBSURFACE.key
     scheme = claim.scheme(engine)
     if scheme is None or "Model" in claim.fed or (is_below and claim.number("Subsurface") >= 1.0):
         return ""

@@ -47,7 +47,8 @@ ENGINES = {engine.key: engine for engine in (EEVEE, CYCLES, REALTIME)}
 def use(scene: bpy.types.Scene, engine: Engine, samples: int, seed: int = 0) -> None:
     """Make `scene` render with `engine` and `samples` per pixel, without denoising, reproducibly.
 
-    `seed` chooses Cycles' random numbers; EEVEE has none to choose (see `measure.render.radiance`).
+    `seed` chooses Cycles' random numbers; EEVEE has none to choose (see `measure.render.radiance`), Realtime has none at all.
+    Raises AttributeError for Realtime where neither the extension nor a script has registered it.
     """
     scene.render.engine = engine.identifier
     engine.apply(scene, samples)
@@ -81,7 +82,7 @@ def another_blender(code: str) -> list[str]:
 
 
 def eevee_runs_here() -> bool:
-    """Return whether EEVEE finds a graphics driver.
+    """Return whether EEVEE, and with it Realtime, finds a graphics driver.
 
     Blender's process ends with a crash where there is none, so another process is asked.
     """

@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from .claims import Claim, claim_of, engine_of
-from .engines import CYCLES, EEVEE, uses_osl
+from .engines import CYCLES, EEVEE, REALTIME, uses_osl
 from .materials import materials_of, refusal
 from .nodes import SUBSURFACE
 from .tolerance import Choice, Unmet, choose
@@ -32,8 +32,11 @@ def pick(scene: bpy.types.Scene, report: Mapping[str, Any], share: float) -> tup
 def use(scene: bpy.types.Scene, choices: Choices) -> tuple[int, list[str]]:
     """Set modes, and the samples that are enough for all; returns the samples and the names of materials that cannot be edited."""
     samples = max(choice.samples for choice in choices.values())
-    if engine_of(scene) is EEVEE:
+    engine = engine_of(scene)
+    if engine is EEVEE:
         scene.eevee.taa_render_samples = samples
+    elif engine is REALTIME:
+        scene.true_diffuse.samples = samples
     else:
         scene.cycles.samples, scene.cycles.use_adaptive_sampling = samples, False  # the report's are all taken
     return samples, [material.name for material, choice in choices.items() if not _set_mode(material, choice)]
@@ -50,7 +53,7 @@ def _choice(scene: bpy.types.Scene, report: Mapping[str, Any], claim: Claim, sha
     is_below = claim.group == SUBSURFACE.key
     engine = engine_of(scene)
     if engine is None:
-        raise Unmet("only EEVEE and Cycles are known")
+        raise Unmet("only EEVEE, Cycles and Realtime are known")
     known = {curve["scene"] for curve in report["curves"] if curve["model"] == claim.label and curve["group"] == claim.group}
     return choose(
         report,
@@ -60,17 +63,19 @@ def _choice(scene: bpy.types.Scene, report: Mapping[str, Any], claim: Claim, sha
         share,
         roughness=0.0 if is_below else claim.number("Roughness"),
         group=claim.group,
-        osl=uses_osl(scene) and not is_below,
+        osl=engine is CYCLES and uses_osl(scene) and not is_below,
         leave_out=() if claim.follows_lamps else ("Lamps",),
     )
 
 
 def _set_mode(material: bpy.types.Material, choice: Choice) -> bool:
-    """Set the group's Mode, or in Cycles its Method; returns whether the material can be edited."""
+    """Set the group's Mode, or in Cycles its Method, if there is a choice; returns whether the material can be edited."""
     found = group_node(material)
     if found is None or refusal(material):
         return False
     inputs = found[0].inputs
+    if choice.mode is None:
+        return True
     if "Mode" in inputs:
         inputs["Mode"].default_value = choice.mode
     elif choice.engine == CYCLES.key:  # EEVEE has one method, whatever the menu says

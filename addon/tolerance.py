@@ -31,14 +31,14 @@ class Unmet(Exception):
 
 @dataclass(frozen=True)
 class Choice:
-    """How to render: `mode` as the group's menu has it, `samples` per pixel.
+    """How to render: `mode` as the group's menu has it, None where there is but one way; `samples` per pixel.
 
     `seconds` and `expected_error`, a share of 1, are what the report expects of its own scene.
     """
 
     engine: str
     model: str
-    mode: str
+    mode: str | None
     samples: int
     osl: bool
     seconds: float
@@ -46,8 +46,8 @@ class Choice:
 
     @property
     def way(self) -> str:
-        """The mode, or OSL, in words."""
-        return "OSL" if self.osl and self.mode != "Lamps" else self.mode
+        """The mode, or OSL, or that it is the model's GLSL, in words."""
+        return "OSL" if self.osl and self.mode != "Lamps" else self.mode or "GLSL"
 
 
 def read_report(path: Path, here: Mapping[str, Any]) -> Mapping[str, Any]:

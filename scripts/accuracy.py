@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from console import BadInput, Parser, Terminal, script_arguments
-from frame import ENGINE_KEYS, empty_file, engine_list, load_character, run_script, sample_count, start_blender
+from frame import NODE_ENGINES, empty_file, engine_list, load_character, run_script, sample_count, start_blender
 from outputs import Staging
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def engines(_options: Namespace, engines: list["Engine"], terminal: Terminal) ->
     from true_diffuse.addon.studies import rough as study
     from true_diffuse.scenes.sphere import sphere_under_sun
 
-    if len(engines) < len(ENGINE_KEYS):
+    if len(engines) < len(NODE_ENGINES):
         raise BadInput("EEVEE and Cycles are both needed to hold them against each other")
     work, measure = study.between_engines_work(), partial(study.between_engines, sphere_under_sun(BOTH_SIZE))
     return told(terminal, work, measure, "RMS difference of EEVEE from Cycles, in %", study.between_engines_table)
@@ -107,6 +107,21 @@ def cost(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> li
         records = list(cost.forms(progress)) if EEVEE in engines else []
         records += cost.groups(sphere, five, engines, progress)
     terminal.table("Cost", *cost.table(records))
+    return records
+
+
+def frames(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
+    """Time frames of True Diffuse Realtime: each model and form of equation (1) against Lambert's law, and how the cost grows."""
+    import gpu
+    from true_diffuse.addon.engines import EEVEE
+    from true_diffuse.addon.studies import contest, frames
+
+    if EEVEE not in engines:
+        raise BadInput("frames need EEVEE's graphics driver")
+    stage = frames.Stage(load_character("human"), frames.QUICK_RESOLUTION if options.quick else frames.RESOLUTION)
+    with terminal.progress(frames.work(stage, options.quick)) as progress:
+        records = list(frames.records(stage, options.quick, progress))
+    contest.tell(records, gpu.platform.renderer_get(), terminal)
     return records
 
 
@@ -188,6 +203,7 @@ MEASURES: dict[str, Measure] = {
     "engines": engines,
     "stability": stability,
     "cost": cost,
+    "frames": frames,
     "furnace": furnace,
     "leak": leak,
     "extremes": extremes,
@@ -201,7 +217,13 @@ def main() -> int:
     """Run the script; returns the exit status."""
     parser = Parser(prog="accuracy.py", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--only", choices=tuple(MEASURES), help="; ".join(f"{key}: {_what(key)}" for key in MEASURES))
-    parser.add_argument("--engine", type=engine_list, default=ENGINE_KEYS, metavar="LIST", help="default: eevee,cycles")
+    parser.add_argument(
+        "--engine",
+        type=partial(engine_list, known=NODE_ENGINES),
+        default=NODE_ENGINES,
+        metavar="LIST",
+        help="default: eevee,cycles",
+    )
     parser.add_argument("--samples", type=sample_count, default=4, metavar="N", help="per pixel (default: 4)")
     parser.add_argument("--quick", action="store_true", help="the paper's model at sigma 0.33 alone, and fewer lights and inputs")
     parser.add_argument("--out", type=Path, default=Path("accuracy.json"), metavar="FILE", help="default: accuracy.json")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders the paper's figures in EEVEE and Cycles and measures every pixel.
+"""Renders the paper's figures in EEVEE, Cycles and Realtime and measures every pixel.
 
-Five characters against the analytic models; a face, with and without subsurface scattering, in one engine against the other; where
+Five characters against the analytic models; a face, with and without subsurface scattering, in one engine against another; where
 a narrow beam's light leaves a slab, against Burley and the dipole.
 
 uv run scripts/compare.py [OPTIONS]
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from console import BadInput, Parser, Terminal, script_arguments
-from frame import ENGINE_KEYS, engine_list, load_character, run_script, sample_count, start_blender
+from frame import engine_list, load_character, run_script, sample_count, start_blender
 from outputs import Staging
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class Scene:
 
     compare: Callable[[Options, list["Engine"], Staging, Terminal], list[str]]
     resolution: tuple[int, int]
-    samples: Mapping[str, int]
+    samples: Mapping[str, int]  # by the keys of the engines that render it
     knows: Mapping[str, object]  # by name, with defaults
 
 
@@ -78,7 +78,7 @@ def parse(arguments: list[str]) -> Options:
     """Return the options; ends the process with one line and status 2 where they make no sense."""
     parser = Parser(prog="compare.py", description=__doc__.splitlines()[0])
     parser.add_argument(
-        "--engine", type=engine_list, default=ENGINE_KEYS, metavar="LIST", help="engines, comma separated (default: eevee,cycles)"
+        "--engine", type=engine_list, metavar="LIST", help=f"engines, comma separated (default: {_defaults(_engines)})"
     )
     parser.add_argument("--scene", choices=SCENES, default="five", help="what to compare (default: five)")
     parser.add_argument("--resolution", type=_resolution, metavar="WxH", help=f"pixels (default: {_defaults(_size)})")
@@ -115,6 +115,9 @@ def parse(arguments: list[str]) -> Options:
     parser.add_argument("--save-blend", action="store_true", help="also write SCENE.blend, the scene to open in Blender")
     got = parser.parse_args(arguments)
     scene = SCENES[got.scene]
+    for key in got.engine or ():
+        if key not in scene.samples:
+            parser.error(f"--scene {got.scene} is not for {key}: choose from {_engines(scene)}")
     if got.error is not None and got.samples is not None:
         parser.error("--error picks the samples: leave out --samples")
     names = ("character", "sigma", "albedo", "full_figure", "error", "leave_out")
@@ -125,7 +128,7 @@ def parse(arguments: list[str]) -> Options:
         special[name] = scene.knows.get(name) if value is None else value
     return Options(
         scene=got.scene,
-        engines=got.engine,
+        engines=got.engine or tuple(scene.samples),
         resolution=got.resolution or scene.resolution,
         samples=got.samples,
         error=special["error"],
@@ -145,7 +148,11 @@ def _size(scene: Scene) -> str:
 
 
 def _samples(scene: Scene) -> str:
-    return f"{scene.samples['eevee']} in EEVEE, {scene.samples['cycles']} in Cycles"
+    return ", ".join(f"{key} {count}" for key, count in scene.samples.items())
+
+
+def _engines(scene: Scene) -> str:
+    return ",".join(scene.samples)
 
 
 def _defaults(show: Callable[[Scene], str]) -> str:
@@ -217,6 +224,9 @@ def _samples_of(options: Options, engine: "Engine") -> int:
 
 def compare_five(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
     """Compare the five characters with the analytic models."""
+    from true_diffuse.addon.engines import CYCLES, REALTIME
+    from true_diffuse.addon.leave_out.simplify import restore
+    from true_diffuse.addon.osl import compiles_osl
     from true_diffuse.addon.studies import five, pictures
     from true_diffuse.scenes import five_characters
 
@@ -227,22 +237,31 @@ def compare_five(options: Options, chosen: list["Engine"], staging: Staging, ter
 
     folder = staging.folder
     captions = five.five_captions(stage)
-    with terminal.progress(five.work(stage, len(chosen))) as progress:
+    has_osl = not choices and {CYCLES, REALTIME} <= set(chosen) and compiles_osl()
+    with terminal.progress(five.work(stage, len(chosen), has_osl)) as progress:
         seen = five.surfaces(stage, progress)
-        measured, left_out = [], {}
+        measured, with_osl, left_out = [], [], {}
         for engine in chosen:
             samples = _use(choices[engine.key], stage) if choices else _samples_of(options, engine)
             left_out[engine.label] = _leave_out(options, stage.scene, engine, samples)
             pictures.render_picture(stage.scene, engine, samples, folder / "five", captions, progress)
             measured += five.measure(stage, seen, engine, samples, progress)
+        if has_osl:
+            restore()
+            with_osl = five.measure_osl(stage, seen, progress)
     five.write_error_maps(stage, measured, folder)
     records = [five.record(one, options.albedo) for one in measured]
+    between = five.between_engines(measured + with_osl)
     _tell_left_out(left_out, terminal)
     if options.save_blend:
         pictures.save_blend(stage.scene, folder / "five.blend")
     got = _got(options, choices, records, terminal)
-    written = publish(options, chosen, staging, {"records": records} | ({"choices": got} if got else {}))
+    found: dict[str, object] = {"records": records}
+    found |= ({"choices": got} if got else {}) | ({"realtime_from_cycles": between} if between else {})
+    written = publish(options, chosen, staging, found)
     terminal.table("Error against the analytic model, key light alone", *five.table(records))
+    if between:
+        terminal.table("Realtime from Cycles with no bounces, key light alone", *five.between_engines_table(between))
     return written
 
 
@@ -275,7 +294,8 @@ def _use(choice: "Choice", stage: "FiveCharacters") -> int:
     for character in stage.characters:
         if character.look.group is ROUGH_DIFFUSE:
             tree = character.subject.material_slots[0].material.node_tree
-            tree.nodes[ROUGH_DIFFUSE.name].inputs["Mode"].default_value = choice.mode
+            if choice.mode is not None:
+                tree.nodes[ROUGH_DIFFUSE.name].inputs["Mode"].default_value = choice.mode
     lamps.choose([stage.key])
     stage.scene.cycles.shading_system = choice.osl
     return choice.samples
@@ -301,12 +321,15 @@ def _got(
 
 
 def _leave_out(options: Options, scene: "bpy.types.Scene", engine: "Engine", samples: int) -> list["Finding"]:
-    """Have the materials of `scene` render by the least that `engine` needs, unless told not to; returns what was found."""
+    """Have the materials of `scene` render by the least that `engine` needs, unless told not to; returns what was found.
+
+    Realtime takes a material's values, not its nodes, whatever was left out of them.
+    """
     from true_diffuse.addon import engines
     from true_diffuse.addon.leave_out.simplify import simplify
 
     engines.use(scene, engine, samples)
-    return simplify() if options.leave_out else []
+    return simplify() if options.leave_out and engine is not engines.REALTIME else []
 
 
 def _tell_left_out(found: Mapping[str, list["Finding"]], terminal: Terminal) -> None:
@@ -320,7 +343,7 @@ def _tell_left_out(found: Mapping[str, list["Finding"]], terminal: Terminal) -> 
 
 
 def compare_face(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
-    """Compare one engine's head with BRDF, BSSRDF and the mixed model with the other's, region by region."""
+    """Compare the engines' heads with BRDF, BSSRDF and the mixed model with those of Cycles, region by region."""
     from true_diffuse.addon.studies import face as study
     from true_diffuse.addon.studies import pictures
     from true_diffuse.scenes import face
@@ -343,7 +366,7 @@ def compare_face(options: Options, chosen: list["Engine"], staging: Staging, ter
     if options.save_blend:
         pictures.save_blend(stage.scene, folder / "face.blend")
     written = publish(options, chosen, staging, {"records": records, "pictures": rendered})
-    terminal.table("EEVEE against Cycles on skin, key and back light alone", *study.table(records))
+    terminal.table("On skin, RMS difference from Cycles, key and back light alone", *study.table(records))
     return written
 
 
@@ -366,13 +389,13 @@ SCENES = {
     "five": Scene(
         compare=compare_five,
         resolution=(1280, 480),
-        samples={"eevee": 16, "cycles": 32},
+        samples={"eevee": 16, "cycles": 32, "realtime": 16},
         knows={"character": "human", "sigma": (0.0, 0.2, 0.33), "albedo": 0.8, "full_figure": False, "error": None} | LEAVE_OUT,
     ),
     "face": Scene(
         compare=compare_face,
         resolution=(1200, 480),
-        samples={"eevee": 32, "cycles": 20},
+        samples={"eevee": 32, "cycles": 20, "realtime": 32},
         knows={"character": "human"} | LEAVE_OUT,
     ),
     "searchlight": Scene(

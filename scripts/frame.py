@@ -21,15 +21,16 @@ if TYPE_CHECKING:
 
     from true_diffuse.addon.engines import Engine
 
-ENGINE_KEYS = ("eevee", "cycles")
+ENGINE_KEYS = ("eevee", "cycles", "realtime")
+NODE_ENGINES = ("eevee", "cycles")  # that render what the groups' nodes say
 
 
-def engine_list(text: str) -> tuple[str, ...]:
-    """The type of the option --engine: engines' keys, comma separated."""
+def engine_list(text: str, known: Sequence[str] = ENGINE_KEYS) -> tuple[str, ...]:
+    """The type of the option --engine: engines' keys, some of those `known`, comma separated."""
     keys = tuple(dict.fromkeys(part.strip().lower() for part in text.split(",")))
     for key in keys:
-        if key not in ENGINE_KEYS:
-            raise ArgumentTypeError(f"unknown engine {key!r}: choose from {', '.join(ENGINE_KEYS)}")
+        if key not in known:
+            raise ArgumentTypeError(f"unknown engine {key!r}: choose from {', '.join(known)}")
     return keys
 
 
@@ -97,9 +98,16 @@ def start_blender(keys: Sequence[str], terminal: Terminal) -> list["Engine"]:
         raise BadInput("this Blender lacks OpenImageIO, which reads the renders (Debian: python3-openimageio)") from None
     empty_file()
     chosen = [engines.ENGINES[key] for key in keys]
-    if engines.EEVEE in chosen and not engines.eevee_runs_here():
-        terminal.say("EEVEE finds no graphics driver here and is left out")
-        chosen.remove(engines.EEVEE)
+    drawing = [engine for engine in chosen if engine is not engines.CYCLES]
+    if drawing and not engines.eevee_runs_here():
+        for engine in drawing:
+            terminal.say(f"{engine.label} finds no graphics driver here and is left out")
+            chosen.remove(engine)
     if not chosen:
         raise BadInput("no engine is left to render with")
+    if engines.REALTIME in chosen:  # Blender has the other two; an extension that was enabled is not so in an empty file
+        from true_diffuse.addon import properties, realtime
+
+        properties.register()
+        realtime.register()
     return chosen

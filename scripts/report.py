@@ -51,7 +51,7 @@ def main() -> int:
     """Run the script; returns the exit status."""
     parser = Parser(prog="report.py", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="fewer contestants, samples and repeats, in four minutes")
-    parser.add_argument("--engine", type=engine_list, default=ENGINE_KEYS, metavar="LIST", help="default: eevee,cycles")
+    parser.add_argument("--engine", type=engine_list, default=ENGINE_KEYS, metavar="LIST", help=f"default: {','.join(ENGINE_KEYS)}")
     parser.add_argument("--scene", type=scene_list, default=SCENES, metavar="LIST", help=f"default: {','.join(SCENES)}")
     parser.add_argument("--out", type=Path, default=Path("report"), metavar="DIR", help="folder to write (default: report)")
     options = parser.parse_args(script_arguments())

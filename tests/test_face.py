@@ -61,12 +61,13 @@ def test_noise_is_told_from_difference() -> None:
     measured = [
         study.Measured(look, engines.CYCLES, 4, 1.0, (first, second)),
         study.Measured(look, engines.EEVEE, 4, 1.0, (array("f", [1.1] * 12),)),
+        study.Measured(look, engines.REALTIME, 4, 1.0, (array("f", [0.8] * 12),)),
     ]
     (record,) = study.records([study.Seen(look, {"ears": [0, 1, 2, 3]})], measured)
-    assert record["rms_difference"] == pytest.approx(0.1, rel=1e-5)
+    assert record["rms_difference"] == {"eevee": pytest.approx(0.1, rel=1e-5), "realtime": pytest.approx(0.2, rel=1e-5)}
     assert record["noise"] == pytest.approx((2 * 0.4**2 / (4 + 4 * 0.2**2)) ** 0.5 / 2, rel=1e-5)
     assert record["mean_radiance"]["cycles"] == pytest.approx([1.0] * 3)
-    assert record["samples"] == {"cycles": 8, "eevee": 4}
+    assert record["samples"] == {"cycles": 8, "eevee": 4, "realtime": 4}
 
 
 def test_region_out_of_sight_has_no_difference() -> None:
@@ -74,5 +75,5 @@ def test_region_out_of_sight_has_no_difference() -> None:
     picture = array("f", [1.0] * 3)
     measured = [study.Measured(look, engines.CYCLES, 4, 1.0, (picture, picture))]
     (record,) = study.records([study.Seen(look, {"ears": []})], measured)
-    assert record["rms_difference"] is None and record["noise"] is None and record["mean_radiance"] == {"cycles": None}
-    assert study.table([record])[1] == [("brdf", "ears", "0", "-", "-", "-", "-")]
+    assert record["rms_difference"] == {} and record["noise"] is None and record["mean_radiance"] == {"cycles": None}
+    assert study.table([record])[1] == [("brdf", "ears", "0", "-", "-", "-", "-", "-", "-")]

@@ -12,7 +12,7 @@ import bpy
 import pytest
 from true_diffuse.addon import materials
 from true_diffuse.addon.claims import claim_of, stated_error
-from true_diffuse.addon.engines import CYCLES, EEVEE
+from true_diffuse.addon.engines import CYCLES, EEVEE, REALTIME
 from true_diffuse.addon.leave_out.simplify import simplify
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, lamps
 from true_diffuse.addon.operators import tolerance as tolerance_operator
@@ -184,6 +184,11 @@ def test_stated_error_is_that_of_the_readme() -> None:
     assert stated_error(claim_of(clay(Model="EON")), scene) == "Exact, by OSL"
     skin = materials.create("Skin", SUBSURFACE, Subsurface=0.5, Model="EON")
     assert stated_error(claim_of(skin), scene) == "Rough part: exact, by OSL"
+    scene.render.engine = REALTIME.identifier
+    for modes in ({"Mode": "Single"}, {"Mode": "Lamps"}, {"Model": "Pits"}):
+        assert stated_error(claim_of(clay(**modes)), scene) == "Exact under every lamp"
+    assert stated_error(claim_of(skin), scene) == "Rough part: exact under every lamp"
+    assert stated_error(claim_of(rough), scene) == ""  # it draws the socket's own value
 
 
 def test_measurement_is_shown_until_the_settings_change() -> None:
@@ -248,7 +253,7 @@ def report(folder: Path, **environment_of: object) -> Path:
     curves = [
         {
             "scene": "sphere",
-            "engine": "eevee",
+            "engine": engine,
             "osl": False,
             "kind": "ours",
             "group": "rough_diffuse",
@@ -263,7 +268,12 @@ def report(folder: Path, **environment_of: object) -> Path:
             "seconds_fixed": seconds,
             "seconds_per_sample": 0.1,
         }
-        for mode, floor, seconds in (("Lobes", 0.03, 1.0), ("Signed", 0.005, 3.0), ("Lamps", 0.001, 0.5))
+        for engine, mode, floor, seconds in (
+            ("eevee", "Lobes", 0.03, 1.0),
+            ("eevee", "Signed", 0.005, 3.0),
+            ("eevee", "Lamps", 0.001, 0.5),
+            ("realtime", None, 1e-5, 0.1),
+        )
     ]
     path = folder / "report.json"
     path.write_text(json.dumps({"version": 1, "environment": environment([]) | environment_of, "curves": curves}))
@@ -303,6 +313,18 @@ def test_tolerance_sets_mode_and_samples(tmp_path: Path, monkeypatch: pytest.Mon
     assert mode.default_value == "Signed" and scene.eevee.taa_render_samples == 99
 
 
+def test_tolerance_in_realtime_sets_samples_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    bpy.ops.mesh.primitive_cube_add()
+    scene, material = bpy.context.scene, clay(Roughness=0.33, Mode="Lamps")
+    bpy.context.object.data.materials.append(material)
+    monkeypatch.setattr(tolerance_operator, "_report_path", lambda: report(tmp_path))
+    monkeypatch.setattr(tolerance_operator, "measure", lambda *_: None)
+    scene.render.engine, scene.true_diffuse.error, scene.true_diffuse.samples = REALTIME.identifier, 0.1, 99
+    scene.cycles.shading_system = True  # which is Cycles' alone
+    assert bpy.ops.true_diffuse.use_tolerance() == {"FINISHED"}
+    assert scene.true_diffuse.samples == 4 and material.node_tree.nodes["Rough Diffuse"].inputs["Mode"].default_value == "Lamps"
+
+
 def test_tolerance_refuses_where_there_is_nothing_to_go_by(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(RuntimeError, match=r"run scripts/report\.py"):  # no preferences, as this is no installed extension
         bpy.ops.true_diffuse.use_tolerance()
@@ -310,7 +332,7 @@ def test_tolerance_refuses_where_there_is_nothing_to_go_by(tmp_path: Path, monke
     with pytest.raises(RuntimeError, match=r"Blender 4\.2\.0, this is"):
         bpy.ops.true_diffuse.use_tolerance()
     bpy.context.scene.render.engine = "BLENDER_WORKBENCH"
-    with pytest.raises(RuntimeError, match="only EEVEE and Cycles"):
+    with pytest.raises(RuntimeError, match="only EEVEE, Cycles and Realtime"):
         bpy.ops.true_diffuse.use_tolerance()
 
 

@@ -10,7 +10,7 @@ import bpy
 
 import pytest
 from true_diffuse.addon import materials
-from true_diffuse.addon.engines import CYCLES, EEVEE, Engine
+from true_diffuse.addon.engines import CYCLES, EEVEE, REALTIME, Engine
 from true_diffuse.addon.leave_out.simplify import simplify
 from true_diffuse.addon.marks import LEAST_FOR
 from true_diffuse.addon.models import OrenNayar
@@ -94,6 +94,20 @@ def test_probe_finds_the_error_that_the_formulas_have(engine: Engine) -> None:
     assert found.worst == pytest.approx(max(expected), rel=0.06, abs=floor)
     assert found.seconds > 0.0 and found.lambert_seconds > 0.0 and steps.done == probe.work()
     assert found.text().startswith(f"{engine.label}, Lobes: ") and "% from Oren-Nayar (worst" in found.text()
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("registered")
+def test_realtime_is_measured(eevee_runs_here: bool) -> None:
+    if not eevee_runs_here:
+        pytest.skip("Realtime finds no graphics driver here")
+    scene = bpy.context.scene
+    scene.render.engine, scene.cycles.shading_system = REALTIME.identifier, True
+    found = probe.measure(materials.create("Clay", ROUGH_DIFFUSE, Color=COLOR, Roughness=SIGMA), scene, Steps())
+    assert found.worst <= 1e-4  # as in test_engines
+    assert not found.setup.osl and found.text().startswith("Realtime: 0.00 % from Oren-Nayar")
+    skin = materials.create("Skin", SUBSURFACE, Color=COLOR, Subsurface=0.5, Model="Lambert")
+    assert probe.measure(skin, scene, Steps()).worst <= 1e-4  # the same light from everywhere, and weights that sum to 1
 
 
 @pytest.mark.render
@@ -181,7 +195,7 @@ def black() -> bpy.types.Material:
         (plain, "CYCLES", "No True Diffuse group makes this material's surface"),
         (lambda: None, "CYCLES", "There is no material"),
         (black, "CYCLES", "The material is black"),
-        (lambda: materials.create("Clay", ROUGH_DIFFUSE), "BLENDER_WORKBENCH", "only EEVEE and Cycles"),
+        (lambda: materials.create("Clay", ROUGH_DIFFUSE), "BLENDER_WORKBENCH", "only EEVEE, Cycles and Realtime"),
     ],
 )
 def test_what_cannot_be_measured_is_refused(make: Callable[[], bpy.types.Material | None], engine: str, why: str) -> None:

@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
+from true_diffuse.addon.tolerance import choose
 
 SCRIPT = Path(__file__).resolve().parent.parent / "scripts" / "report.py"
 SPHERE = ("--engine", "cycles", "--scene", "sphere", "--quick", "--out", "out")
@@ -66,6 +67,23 @@ def test_killed_study_goes_on_from_what_it_has(tmp_path: Path) -> None:
     assert len(rows) == sum(len(curve["points"]) for curve in curves)
     page = (tmp_path / "out" / "index.html").read_text()
     assert all(page.count(label) >= 2 for label in labels)  # in the diagram and in the table
+
+
+@pytest.mark.render
+def test_realtime_is_a_contestant_and_can_be_picked(tmp_path: Path, eevee_runs_here: bool) -> None:
+    if not eevee_runs_here:
+        pytest.skip("Realtime finds no graphics driver here")
+    result = report("--engine", "realtime", "--scene", "sphere,furnace", "--quick", "--out", "out", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    document = json.loads((tmp_path / "out" / "report.json").read_text())
+    curves = {(curve["scene"], curve["label"]): curve for curve in document["curves"]}
+    assert {label for _, label in curves} == {"Rough Diffuse", "Diffuse BSDF (Lambert)"}
+    assert curves["sphere", "Rough Diffuse"]["floor"] <= 1e-4  # as in test_engines
+    assert curves["furnace", "Rough Diffuse"]["floor"] <= 1e-3  # a fit of the albedo, and of what it is held against
+    assert curves["sphere", "Diffuse BSDF (Lambert)"]["floor"] > 0.1  # what is not ours is Lambert's
+    assert {one["label"] for one in document["recommendations"] if one["scene"] == "sphere"} == {"Rough Diffuse"}
+    choice = choose(document, "sphere", "realtime", "Oren-Nayar", 0.001, roughness=0.33)
+    assert (choice.mode, choice.samples, choice.way) == (None, 1, "GLSL")
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from true_diffuse.addon.studies.environment import environment
-from true_diffuse.addon.tolerance import Unmet, choose, parse_percent, read_report
+from true_diffuse.addon.tolerance import Unmet, choose, parse_percent, read_report, told
 
 SCRIPT = Path(__file__).resolve().parent.parent / "scripts" / "compare.py"
 HERE = {"machine": {"cores": 2}, "blender": "5.2.3"}
@@ -113,6 +113,16 @@ def test_a_model_that_was_not_measured_is_told_with_those_that_were() -> None:
         choose(report(NOISY, blenders), "five", "cycles", "Fujii", 0.05)
     with pytest.raises(Unmet, match="knows no Oren-Nayar in EEVEE"):
         choose(report(NOISY), "five", "eevee", "Oren-Nayar", 0.05)
+
+
+def test_engine_without_modes_is_picked_for_its_samples() -> None:
+    drawn = curve("", 1e-5, 0.02, 0.1, 0.01, engine="realtime") | {"mode": None}
+    # 0.02 / sqrt(n) <= sqrt(0.005^2 - 1e-10) from n = 16 + 6e-5 on
+    choice = choose(report(NOISY, drawn), "five", "realtime", "Oren-Nayar", 0.005)
+    assert (choice.mode, choice.samples) == (None, 17)
+    assert told(choice).startswith("Realtime: GLSL with 17 samples, 0.49 % expected")
+    with pytest.raises(Unmet, match="knows no Oren-Nayar in Realtime"):
+        choose(report(NOISY), "five", "realtime", "Oren-Nayar", 0.05)
 
 
 def test_reports_of_elsewhere_are_refused(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager
 from typing import Any, Protocol
 
 # Of what renders, as records name it, for people
-LABELS = {"eevee": "EEVEE", "cycles": "Cycles", "glsl": "GLSL"}
+LABELS = {"eevee": "EEVEE", "cycles": "Cycles", "realtime": "Realtime", "glsl": "GLSL"}
 
 type Record = dict[str, Any]  # a line of a results file: names to text, numbers or None
 

@@ -32,7 +32,7 @@ class TRUE_DIFFUSE_OT_use_tolerance(bpy.types.Operator):
         scene, share = context.scene, context.scene.true_diffuse.error / 100.0
         engine = engine_of(scene)
         if engine is None:
-            self.report({"ERROR"}, f"No report knows {scene.render.engine.title()}: only EEVEE and Cycles")
+            self.report({"ERROR"}, f"No report knows {scene.render.engine.title()}: only EEVEE, Cycles and Realtime")
             return {"CANCELLED"}
         try:
             report = read_report(_report_path(), environment([]))

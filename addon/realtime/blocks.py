@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from .program import KINDS, MOST_LAMPS
 
-LAMP_SIZE = 48  # bytes
+LAMP_SIZE = 80  # bytes
 
 
 def columns(matrix: Iterable[Iterable[float]]) -> bytes:
@@ -27,10 +27,18 @@ def material(color: Sequence[float], shape: Sequence[float], coat: Sequence[floa
 
 
 def lamp(
-    kind: str, place: Sequence[float], towards: Sequence[float], strength: Sequence[float], edge: float = 0.0, fade: float = 0.0
+    kind: str,
+    place: Sequence[float],
+    towards: Sequence[float],
+    strength: Sequence[float],
+    edge: float = 0.0,
+    fade: float = 0.0,
+    across: Sequence[float] = (0.0, 0.0, 0.0),
+    up: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> bytes:
     """Return the struct Lamp of shaders/lamps.glsl; the arguments are as lamps.Lamp has them."""
-    return struct.pack("12f", *place, float(KINDS.index(kind)), *towards, edge, *strength, fade)
+    number = float(KINDS.index(kind))
+    return struct.pack("20f", *place, number, *towards, edge, *strength, fade, *across, 0.0, *up, 0.0)
 
 
 def lamps(packed: Sequence[bytes]) -> bytes:

@@ -8,14 +8,15 @@ import bpy
 
 from mathutils import Matrix
 
-from ..usd.surface import Image, Rgb
+from ..usd.surface import Rgb
 from .lamps import Lamp, lamp_of
 from .materials import Look, look_of
-from .meshes import Mesh
+from .meshes import Mesh, is_sound
 from .program import MOST_LAMPS, Light, Variant
 
 SHAPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 LOOKS = (bpy.types.Material, bpy.types.NodeTree)
+SHADED = (bpy.types.Mesh, bpy.types.Curve, bpy.types.MetaBall)
 BLACK: Rgb = (0.0, 0.0, 0.0)
 NONE = 0  # the number of no material
 
@@ -40,22 +41,28 @@ class Part:
 class Contents:
     """Meshes, materials and lamps of a depsgraph, kept from one update to the next.
 
-    `looks` are the materials in use by the session's numbers for them; `world` is the radiance from everywhere [W/(m^2 sr)]; `notes`
-    say what is not drawn as it should be.
+    `looks` are the materials in use by the session's numbers for them; `world` is the radiance from everywhere [W/(m^2 sr)].
+    `parts` is another list whenever objects, meshes or lamps may have changed.
     """
 
     parts: list[Part] = field(default_factory=list)
     lamps: list[Lamp] = field(default_factory=list)
     looks: dict[int, Look] = field(default_factory=dict)
     world: Rgb = BLACK
-    notes: list[str] = field(default_factory=list)
+    _left_out: list[str] = field(default_factory=list)
     _meshes: dict[Key, Mesh] = field(default_factory=dict)
     _owners: dict[Key, set[int]] = field(default_factory=dict)
+    _visible: dict[int, tuple[bool, bool]] = field(default_factory=dict)  # of objects, by camera and in shadows
     _is_read: bool = False
 
     @property
     def scatters(self) -> bool:
         return any(look.scatters for look in self.looks.values())
+
+    @property
+    def notes(self) -> list[str]:
+        """What is not drawn as it should be."""
+        return self._left_out + sorted({f"{look.source.file} cannot be read" for look in self.looks.values() if look.lacks_image})
 
     def light(self) -> Light:
         """Return what the light asks of all shaders."""
@@ -67,12 +74,22 @@ class Contents:
 
     def update(self, depsgraph: bpy.types.Depsgraph, shows: Callable[[bpy.types.Object], bool] = lambda _: True) -> None:
         """Read what changed since the last time. `shows` says of an object whether a viewport does."""
-        changed = [(update.id.original, update.is_updated_geometry) for update in depsgraph.updates]
-        stale = {item.session_uid for item, is_geometry in changed if is_geometry}
+        stale = {update.id.original.session_uid for update in depsgraph.updates if update.is_updated_geometry}
         self._meshes = {key: mesh for key, mesh in self._meshes.items() if not stale & self._owners[key]}
-        only_looks = self._is_read and changed and all(isinstance(item, LOOKS) for item, _ in changed)
+        only_looks = self._is_read and depsgraph.updates and all(map(self._is_of_looks, depsgraph.updates))
         if not (only_looks and self._reread_looks(depsgraph)):
             self._read(depsgraph, shows)
+
+    def _is_of_looks(self, update: bpy.types.DepsgraphUpdate) -> bool:
+        """Return whether a change is one of materials, or of what Blender tags for having them."""
+        item = update.id
+        if isinstance(item, LOOKS):
+            return True
+        if update.is_updated_geometry or update.is_updated_transform:
+            return False
+        if isinstance(item, bpy.types.Object):
+            return self._visible.get(item.original.session_uid) == (item.visible_camera, item.visible_shadow)
+        return isinstance(item, SHADED)
 
     def _reread_looks(self, depsgraph: bpy.types.Depsgraph) -> bool:
         """Read the materials again; returns False where one needs more of its meshes than before."""
@@ -88,24 +105,37 @@ class Contents:
 
     def _read(self, depsgraph: bpy.types.Depsgraph, shows: Callable[[bpy.types.Object], bool]) -> None:
         """Read objects, materials, lamps and world."""
-        self._is_read = True
-        self.parts, self.lamps, self.looks, self.notes = [], [], {}, []
+        self._is_read = False  # until all is
+        self.parts, self.lamps, self.looks, self._left_out, self._visible = [], [], {}, [], {}
         before, self._meshes = self._meshes, {}
         override, meter = depsgraph.view_layer_eval.material_override, _meter(depsgraph.scene)
         for number, instance in enumerate(depsgraph.object_instances, 1):
             item = instance.object
             if not instance.show_self or not shows(instance.parent if instance.is_instance else item):
                 continue
-            if item.type == "LIGHT":
-                self.lamps.append(lamp_of(item, instance.matrix_world))
-            elif item.type in SHAPES and (item.visible_camera or item.visible_shadow):
-                self._add(item, instance.matrix_world.copy(), number, before, override, meter)
+            matrix = instance.matrix_world.copy()
+            if item.type not in SHAPES | {"LIGHT"}:
+                continue
+            if not all(map(is_sound, matrix)):
+                self._left_out.append(f"{item.name} is left out: its place or size is no number, or too large")
+            elif item.type == "LIGHT":
+                self.lamps.append(lamp_of(item, matrix))
+            elif item.visible_camera or item.visible_shadow:
+                self._visible[item.original.session_uid] = (item.visible_camera, item.visible_shadow)
+                self._add(item, matrix, number, before, override, meter)
         self._owners = {key: self._owners[key] for key in self._meshes}
         self.world = _radiance(depsgraph.scene_eval.world)
+        if not is_sound(self.world):
+            self._left_out.append("The world is black: its radiance is no number, or too large")
+            self.world = BLACK
+        shining = [lamp for lamp in self.lamps if is_sound(lamp.strength)]
+        if len(shining) < len(self.lamps):
+            self._left_out.append(f"{len(self.lamps) - len(shining)} lamps are left out: their power is no number, or too large")
+        self.lamps = shining
         if len(self.lamps) > MOST_LAMPS:
-            self.notes.append(f"{MOST_LAMPS} of {len(self.lamps)} lamps are drawn")
+            self._left_out.append(f"{MOST_LAMPS} of {len(self.lamps)} lamps are drawn")
             del self.lamps[MOST_LAMPS:]
-        self.notes += sorted({f"{look.source.file} cannot be read" for look in self.looks.values() if look.lacks_image})
+        self._is_read = True
 
     def _add(
         self,
@@ -117,17 +147,18 @@ class Contents:
         meter: float,
     ) -> None:
         """Add the parts of one object, whose mesh is taken from `before` if it is there."""
-        data = item.data if item.type == "MESH" else item.to_mesh()
+        is_made = item.type != "MESH" or item.data.is_editmode  # that of one in edit mode has nothing in it
+        data = item.to_mesh() if is_made else item.data
         if data is None:
             return
         source = item.data.original or item.data
-        key = (data.as_pointer() if item.type == "MESH" else item.original.as_pointer(), source.session_uid)
+        key = (item.original.as_pointer() if is_made else data.as_pointer(), source.session_uid)
         mesh = self._meshes.get(key) or before.get(key) or Mesh(data)
         if key not in self._meshes:
             self._meshes[key] = mesh
             self._owners[key] = set()
             if mesh.lost:
-                self.notes.append(f"{mesh.lost} triangles of {item.name} have vertices that are no numbers and are left out")
+                self._left_out.append(f"{mesh.lost} triangles of {item.name} are left out: their places are no numbers, or too far")
         self._owners[key] |= {item.original.session_uid, source.session_uid}
         for slot in mesh.parts:
             material = override or _material(item, data, slot)
@@ -137,15 +168,19 @@ class Contents:
             look = self.looks[uid]
             mesh.prepare(data, slot, look.paint, look.attribute)
             self.parts.append(Part(mesh, slot, uid, matrix, number, item.visible_camera, item.visible_shadow))
-        if item.type != "MESH":
+        if is_made:
             item.to_mesh_clear()
 
 
 def _material(item: bpy.types.Object, mesh: bpy.types.Mesh, slot: int) -> bpy.types.Material | None:
-    """Return the material of a slot; faces whose slot is not there have the last one's."""
+    """Return the material of a slot; faces whose slot is not there have the last one's, of a slot below 0 the first's."""
     if slots := item.material_slots:
-        return slots[min(slot, len(slots) - 1)].material
-    return mesh.materials[min(slot, len(mesh.materials) - 1)] if mesh.materials else None
+        return slots[_within(slot, len(slots))].material
+    return mesh.materials[_within(slot, len(mesh.materials))] if mesh.materials else None
+
+
+def _within(slot: int, count: int) -> int:
+    return max(0, min(slot, count - 1))
 
 
 def _meter(scene: bpy.types.Scene) -> float:

@@ -1,25 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws a scene's contents with Blender's gpu module: shadow maps, surfaces, what scatters below them, and the sum of all samples."""
+"""Draws a scene's contents with Blender's gpu module: shadow maps, surfaces, what scatters below them, the sum of all samples."""
 
+import atexit
 import struct
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from functools import cache
-
-import bpy
 
 import gpu
 
 from . import lamps as lamp_data
 from . import shadows
-from .blocks import columns
 from .contents import Contents, Part
 from .materials import Look
 from .program import Paint, Program, Variant, shadow, structs, surface, whole
 from .view import View, offset
 
-EXTENSIONS = {"periodic": "REPEAT", "clamp": "EXTEND", "black": "CLIP", "mirror": "MIRRORED_REPEAT"}
+EXTENSIONS = {"periodic": "REPEAT", "clamp": "EXTEND", "black": "CLAMP_TO_BORDER", "mirror": "MIRRORED_REPEAT"}
 CLEAR = (0.0, 0.0, 0.0, 0.0)
-GOLDEN = 0.618033988749895
+FAR = (1e30, 1e30, 1e30, 1e30)
+TURNS = (0.8191725133961645, 0.6710436067037893)  # a sequence that fills a square evenly, other than the one of view.offset
 
 type Rgba = tuple[float, float, float, float]
 
@@ -68,7 +68,7 @@ def shadow_shader() -> gpu.types.GPUShader:
 
 @cache
 def gather_shader() -> gpu.types.GPUShader:
-    samplers = dict.fromkeys(("radiance_map", "entering_map", "distance_map", "tint_map"), "FLOAT_2D") | {"depth_map": "DEPTH_2D"}
+    samplers = dict.fromkeys(("radiance_map", "entering_map", "distance_map", "tint_map"), "FLOAT_2D")
     return compiled(whole("gather", samplers, {}, ("burley",), gather="Gather"))
 
 
@@ -86,6 +86,9 @@ def forget_shaders() -> None:
     """Let the driver have back all shaders."""
     for kept in (surface_shader, shadow_shader, gather_shader, add_shader, show_shader):
         kept.cache_clear()
+
+
+atexit.register(forget_shaders)  # or Blender counts them as lost memory
 
 
 def covering() -> gpu.types.GPUBatch:
@@ -110,7 +113,7 @@ class Targets:
         try:
             self._allocate()
         except (RuntimeError, ValueError, MemoryError) as error:
-            raise Refused(f"The graphics driver has no room for a picture of {width} x {height} pixels: {error}") from error
+            raise Refused(f"The graphics driver has no room for a picture of {width} x {height} pixels") from error
 
     def _allocate(self) -> None:
         count = 4 if self.scattering else 1
@@ -127,16 +130,18 @@ class Targets:
 
 
 class Painter:
-    """Draws `contents`; keeps on the driver what does not change between pictures."""
+    """Draws `contents`; keeps on the driver what does not change between pictures. `notes` say what is not drawn as it should."""
 
     def __init__(self, contents: Contents) -> None:
         self.contents = contents
         self._covering = covering()
         self._looks: dict[Look, gpu.types.GPUUniformBuf] = {}
-        self._images: dict[tuple[str, str], gpu.types.GPUTexture] = {}
+        self._images: dict[Look, gpu.types.GPUTexture] = {}
+        self.notes: list[str] = []
         self._targets: Targets | None = None
         self._shadow_map: gpu.types.GPUTexture | None = None
         self._shadowed: list[shadows.Tile] | None = None
+        self._parts: list[Part] = []
         self._order: list[tuple[Variant, Look, list[Part]]] = []
         self._total = 0.0
 
@@ -145,9 +150,11 @@ class Painter:
         contents = self.contents
         looks = dict.fromkeys(contents.looks.values())
         self._looks = {look: self._looks.get(look) or _block(look.packed()) for look in looks}
-        self._images = {}
-        self._lamps = _block(lamp_data.packed(contents.lamps))
-        self._shadowed = None
+        self.notes = []
+        self._images = {look: self._image(look) for look in looks if look.paint is Paint.IMAGE}
+        if contents.parts is not self._parts:  # the lamps may be others, too
+            self._parts, self._shadowed = contents.parts, None
+            self._lamps = _block(lamp_data.packed(contents.lamps))
         parts: dict[Look, list[Part]] = {look: [] for look in looks}
         for part in contents.parts:
             if part.is_seen:
@@ -235,7 +242,7 @@ class Painter:
         shader = shadow_shader()
         with self._shadow_target.bind():
             _draw_nearest()
-            self._shadow_target.clear(color=(1.0, 1.0, 1.0, 1.0), depth=1.0)
+            self._shadow_target.clear(color=FAR, depth=1.0)
             shader.bind()
             for tile in tiles:
                 self._shadow_target.viewport_set(tile.x, tile.y, tile.size, tile.size)
@@ -263,10 +270,12 @@ class Painter:
                     shader.uniform_block("shadows", self._shadow_block)
                     shader.uniform_sampler("shadow_map", self._shadow_map)
                 if variant.paint is Paint.IMAGE:
-                    shader.uniform_sampler("color_image", self._image(look))
+                    self._images[look].extend_mode(EXTENSIONS[look.source.wrap])  # here, as the looks of an image share its texture
+                    shader.uniform_sampler("color_image", self._images[look])
                 for part in parts:
                     shader.uniform_float("object_matrix", part.matrix)
-                    shader.uniform_float("orientation", -1.0 if part.matrix.is_negative else 1.0)
+                    with suppress(ValueError):  # dropped where nothing depends on it: Lambert's model without lamps
+                        shader.uniform_float("orientation", -1.0 if part.matrix.is_negative else 1.0)
                     if variant.scatters:
                         shader.uniform_int("object_number", part.number)
                     part.mesh.batch(part.slot, look.paint, look.attribute).draw(shader)
@@ -274,30 +283,28 @@ class Painter:
 
     def _gather(self, targets: Targets, view: View, sample: int) -> None:
         """Add the light that leaves surfaces elsewhere than it entered."""
-        data = columns(view.projection.inverted_safe())
-        data += struct.pack("8f", view.width, view.height, 1.0 / view.width, 1.0 / view.height, *_turn(sample), 0.0, 0.0)
+        data = struct.pack("8f", view.width, view.height, *view.pixel_size(), *_turn(sample), view.is_perspective, 0.0)
         with targets.gathering.bind():
             shader = gather_shader()
             shader.bind()
-            shader.uniform_block("gather", _block(data))
+            block = _block(data)  # Blender does not keep it until it is drawn with
+            shader.uniform_block("gather", block)
             for name, texture in zip(("radiance_map", "entering_map", "distance_map", "tint_map"), targets.colors, strict=True):
                 shader.uniform_sampler(name, texture)
-            shader.uniform_sampler("depth_map", targets.depth)
             self._covering.draw(shader)
 
     def _image(self, look: Look) -> gpu.types.GPUTexture:
         """Return the image of `look` on the driver; black where there is none."""
-        key = (look.source.file, look.source.wrap)
-        if key not in self._images:
-            if look.lacks_image:
-                texture = gpu.types.GPUTexture((1, 1), format="RGBA8")
-                texture.clear(format="FLOAT", value=CLEAR)
-            else:
+        if not look.lacks_image:
+            try:
                 texture = gpu.texture.from_image(look.image)
                 texture.filter_mode(True)
-                texture.extend_mode(EXTENSIONS[look.source.wrap])
-            self._images[key] = texture
-        return self._images[key]
+                return texture
+            except RuntimeError:
+                self.notes.append(f"The graphics driver has no room for {look.source.file}, which is drawn black")
+        texture = gpu.types.GPUTexture((1, 1), format="RGBA8")
+        texture.clear(format="FLOAT", value=CLEAR)
+        return texture
 
 
 def _draw_nearest() -> None:
@@ -310,4 +317,4 @@ def _draw_nearest() -> None:
 
 def _turn(sample: int) -> Sequence[float]:
     """Return by how much of a turn, and of a step, the points of a sample's disk differ from those of the first."""
-    return (sample * GOLDEN) % 1.0, (sample * 0.7548776662466927) % 1.0
+    return [sample * step % 1.0 for step in TURNS]

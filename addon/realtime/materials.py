@@ -48,7 +48,7 @@ class Look:
 
     @property
     def lacks_image(self) -> bool:
-        return isinstance(self.source, Image) and (self.image is None or not self.image.has_data and not self.image.size[0])
+        return isinstance(self.source, Image) and (self.image is None or (not self.image.has_data and not self.image.size[0]))
 
     def packed(self) -> bytes:
         """Return the struct Material of program.py."""

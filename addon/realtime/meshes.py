@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes on the graphics driver: one buffer of positions and normals, indices for each material slot, colors and UV maps on demand."""
+"""Meshes on the driver: one buffer of positions and normals, indices for each material slot, colors and UV maps on demand."""
 
-import math
 from array import array
+from collections.abc import Iterable
 from itertools import compress
 
 import bpy
@@ -14,6 +14,7 @@ from .program import Paint
 
 CORNERS = 3  # of a triangle
 FEW = 64  # triangles: so many or less tell where a mesh is better than its box does
+LARGEST = 1e18  # its square is a number of 32 bits, too
 WIDTHS = {Paint.ATTRIBUTE: ("color", 4), Paint.IMAGE: ("uv", 2)}  # what the shader calls it, and its components
 
 type Point = tuple[float, float, float]
@@ -23,7 +24,7 @@ class Mesh:
     """A mesh on the driver. Its corners are its vertices there, as normals and UVs differ between the faces of one vertex.
 
     `parts` has the number of indices for each material slot; `hull` the corners of triangles that hold all of it; `lost` says how
-    many triangles are left out, as their vertices are no finite numbers.
+    many triangles are left out, as their vertices are not sound.
     """
 
     def __init__(self, mesh: bpy.types.Mesh) -> None:
@@ -47,8 +48,8 @@ class Mesh:
         slots = array("i", bytes(4 * len(mesh.loop_triangles)))
         mesh.loop_triangles.foreach_get("material_index", slots)
         placed = _gathered(positions, 3, self._corners)
-        if not math.isfinite(sum(map(abs, positions))):
-            triangles, slots = self._finite(placed, triangles, slots)
+        if not sum(map(abs, positions)) < LARGEST:  # or no number
+            triangles, slots = self._sound(placed, triangles, slots)
         if not slots:
             return
         self.triangles = len(slots)
@@ -57,9 +58,9 @@ class Mesh:
         for slot in set(slots):
             self.parts[slot] = _indices(triangles, [index == slot for index in slots] if len(set(slots)) > 1 else None)
 
-    def _finite(self, placed: memoryview, triangles: array[int], slots: array[int]) -> tuple[array[int], array[int]]:
-        """Return `triangles` and `slots` without the triangles that are not all of finite numbers."""
-        sound = [math.isfinite(sum(map(abs, placed[3 * at : 3 * at + 3]))) for at in range(len(placed) // 3)]
+    def _sound(self, placed: memoryview, triangles: array[int], slots: array[int]) -> tuple[array[int], array[int]]:
+        """Return `triangles` and `slots` without the triangles that are not sound."""
+        sound = [is_sound(placed[3 * at : 3 * at + 3]) for at in range(len(placed) // 3)]
         keep = [all(sound[corner] for corner in triangles[at : at + CORNERS]) for at in range(0, len(triangles), CORNERS)]
         self.lost = keep.count(False)
         return _chosen(triangles, keep), array("i", compress(slots, keep))
@@ -86,6 +87,11 @@ class Mesh:
                 values = array("f", bytes(4 * width * len(self._corners)))
             self._paints[key] = _vertices(len(self._corners), {shader_name: (width, values)})
         return self._paints[key]
+
+
+def is_sound(numbers: Iterable[float]) -> bool:
+    """Return whether shaders can compute with `numbers`: all are some, and not too large."""
+    return all(abs(number) < LARGEST for number in numbers)
 
 
 def _gathered(values: array[float], width: int, indices: array[int]) -> memoryview:
@@ -120,7 +126,7 @@ def _hull(positions: array[float], placed: memoryview, triangles: array[int]) ->
     if len(triangles) <= FEW * CORNERS:
         return [(placed[3 * corner], placed[3 * corner + 1], placed[3 * corner + 2]) for corner in triangles]
     axes = [positions[axis::3] for axis in range(3)]
-    ranges = [(min(filter(math.isfinite, values)), max(filter(math.isfinite, values))) for values in axes]
+    ranges = [(min(values), max(values)) for values in ([x for x in axis if abs(x) < LARGEST] for axis in axes)]
     (x0, x1), (y0, y1), (z0, z1) = ranges
     box = [(x, y, z) for x in (x0, x1) for y in (y0, y1) for z in (z0, z1)]
     faces = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))

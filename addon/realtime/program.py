@@ -19,7 +19,7 @@ STRUCTS = {
     "Material": "vec4 color; vec4 shape; vec4 coat; vec4 scattering;",
     "Lamps": f"ivec4 count; Lamp lamp[{MOST_LAMPS}];",
     "Shadows": f"mat4 matrix[{MOST_LAMPS}]; vec4 tile[{MOST_LAMPS}]; vec4 texel[{MOST_LAMPS}];",
-    "Gather": "mat4 unprojection; vec4 size; vec4 turn;",
+    "Gather": "vec4 size; vec4 turn;",
 }
 TYPES = {"FLOAT": "float", "INT": "int", "VEC2": "vec2", "VEC3": "vec3", "VEC4": "vec4", "MAT4": "mat4"}
 
@@ -117,7 +117,7 @@ def shadow() -> Program:
     return Program(
         "true_diffuse_shadow",
         "void main() { gl_Position = lamp_matrix * (object_matrix * vec4(position, 1.0)); }",
-        "void main() { result = vec4(gl_FragCoord.z * 2.0 - 1.0, 0.0, 0.0, 1.0); }",
+        _file("shadow_fragment"),
         {"position": "VEC3", "normal": "VEC3"},
         constants={"lamp_matrix": "MAT4", "object_matrix": "MAT4"},
     )

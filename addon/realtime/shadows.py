@@ -14,7 +14,8 @@ from .lamps import Lamp
 from .program import MOST_LAMPS
 from .view import View
 
-MAP_SIZE, LARGEST_TILE = 4096, 2048  # texels
+MAP_SIZE = 4096  # texels
+WIDEST = math.radians(80.0)  # half of a spot's map; what a wider cone lights beyond has no shadow
 NEAREST = 1e-3  # of a spot's reach
 STEP = 2.0**0.25  # a sun's map grows in such steps, so that its texels stay where they are while the view turns
 
@@ -39,12 +40,13 @@ def tiles(lamps: Sequence[Lamp], parts: Sequence[Part], view: View) -> list[Tile
     if not casting or not parts:
         return []
     across = math.ceil(math.sqrt(len(casting)))
-    size = min(MAP_SIZE // across, LARGEST_TILE)
+    size = MAP_SIZE // across
     casters = [part.matrix @ Vector(point) for part in parts if part.casts for point in part.mesh.hull]
     seen = list(_seen(parts, view))
     made = []
     for place, index in enumerate(casting):
-        look = _sun(lamps[index], casters, seen or casters, size) if lamps[index].kind == "SUN" else _spot(lamps[index], casters, size)
+        lamp = lamps[index]
+        look = _spot(lamp, casters, size) if lamp.kind == "SPOT" else _sun(lamp, casters, seen or casters, size)
         made.append(Tile(index, look[0], size * (place % across), size * (place // across), size, look[1]))
     return made
 
@@ -105,7 +107,8 @@ def _spot(lamp: Lamp, casters: Sequence[Vector], size: int) -> tuple[Matrix, flo
     turn = Vector(lamp.towards).to_track_quat("Z", "Y").to_matrix().inverted()
     far = max(((point - place).length for point in casters), default=1.0) * 1.001
     near = far * NEAREST
-    half = math.tan(min(math.acos(max(-1.0, min(lamp.edge, 1.0))), math.radians(80.0)))
+    stretch = 1.0 / max(min(Vector(lamp.across).length, Vector(lamp.up).length), 1e-6)
+    half = min(math.tan(min(math.acos(max(-1.0, min(lamp.edge, 1.0))), WIDEST)) * stretch, math.tan(WIDEST))
     slope, shift = -(far + near) / (far - near), -2.0 * far * near / (far - near)
     projection = Matrix(((1.0 / half, 0, 0, 0), (0, 1.0 / half, 0, 0), (0, 0, slope, shift), (0, 0, -1.0, 0)))
     return projection @ turn.to_4x4() @ Matrix.Translation(-place), 2.0 * half / size

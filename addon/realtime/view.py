@@ -36,6 +36,14 @@ class View:
         shift = Matrix.Translation((-2.0 * x / self.width, -2.0 * y / self.height, 0.0))
         return replace(self, projection=shift @ self.projection)
 
+    def pixel_size(self) -> tuple[float, float]:
+        """Return what a pixel covers across and along [m], at a depth of 1 m or, in a parallel projection, anywhere."""
+        right, up, _, ahead = (row.to_3d() for row in self.projection)  # `ahead` is a unit vector, or 0
+        return tuple(
+            2.0 / (max((row - row.dot(ahead) * ahead).length, 1e-30) * pixels)
+            for row, pixels in ((right, self.width), (up, self.height))
+        )
+
     def packed(self, world: tuple[float, float, float]) -> bytes:
         """Return the struct View of program.py, with the world's radiance [W/(m^2 sr)]."""
         return blocks.view(self.projection, self.eye, self.is_perspective, world)

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the rough models cost: operations and time of equation (1) in GLSL, and render time against Blender's own Diffuse BSDF."""
 
-import re
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -15,14 +14,13 @@ from ...scenes.five_characters import FiveCharacters
 from ...scenes.sphere import SphereUnderSun
 from .. import engines, materials
 from ..engines import CYCLES, EEVEE, Engine
-from ..measure import render
 from ..glsl import source
+from ..measure import render
 from ..measure.glsl import VERTEX, triangle
 from ..measure.record import Progress, Record
 from ..nodes import ROUGH_DIFFUSE, lamps
+from .forms import FORMS, Form
 
-# What one operator or function stands for; a dot product of three components is three products and two sums.
-OPERATIONS = {"+": 1, "-": 1, "*": 1, "/": 1, "?": 1, "max": 1, "min": 1, "sqrt": 1, "dot": 5}
 SIZE, EVALUATIONS = 256, 200  # pixels each way, and evaluations in each
 ROUNDS = 5
 SIGMA = 0.33
@@ -30,39 +28,6 @@ FRAME = 256  # pixels across the sphere
 FRAME_OF_FIVE = (400, 180)
 SAMPLES = {EEVEE: 4, CYCLES: 32}
 SAMPLES_OF_FIVE = {EEVEE: 4, CYCLES: 16}
-
-COSINES = "float l_dot_n = dot(n, l); float e_dot_n = dot(n, e);"
-COEFFICIENTS = "float s2 = sigma * sigma; a = 1.0 - 0.5 * s2 / (s2 + 0.33); b = 0.45 * s2 / (s2 + 0.09);"
-SHARE = "float share = min(1.0, l_dot_n / e_dot_n);"
-S = "float s = dot(e, l) - e_dot_n * l_dot_n;"
-RESULT = "return rho_over_pi * (a * l_dot_n + b * max(0.0, s) * share);"
-
-
-@dataclass(frozen=True)
-class Form:
-    """A way to write one reflection: the body of a GLSL function of n, l, e, sigma, a, b and rho_over_pi."""
-
-    name: str
-    body: str
-
-    def operations(self) -> int:
-        """Return the arithmetic operations of one evaluation."""
-        tokens = re.findall(r"[A-Za-z_]\w*|\d+\.\d+|[-+*/?]", self.body)
-        return sum(OPERATIONS.get(token, 0) for token in tokens)
-
-
-FORMS = (
-    Form("Lambert", "return rho_over_pi * dot(n, l);"),
-    Form(
-        "equation (1) as printed (with the right minimum)",
-        COSINES + COEFFICIENTS + "float root = sqrt((1.0 - l_dot_n * l_dot_n) * (1.0 - e_dot_n * e_dot_n));"
-        "float s = (dot(e, l) - e_dot_n * l_dot_n) / root;"
-        + SHARE
-        + "return rho_over_pi * (a * l_dot_n + b * root * max(0.0, s) * share);",
-    ),
-    Form("simplified: the roots cancel", COSINES + COEFFICIENTS + S + SHARE + RESULT),
-    Form("simplified, A and B ahead", COSINES + S + SHARE + RESULT),
-)
 
 
 def forms(progress: Progress) -> Iterator[Record]:
@@ -101,9 +66,8 @@ def _draw(form: Form) -> Callable[[], None]:
     info.fragment_out(0, "VEC4", "result")
     info.push_constant("FLOAT", "roughness")
     info.vertex_source(VERTEX)
-    arguments = "vec3 n, vec3 l, vec3 e, float sigma, float a, float b, float rho_over_pi"
     info.fragment_source(f"""{source("oren_nayar")}
-float form({arguments}) {{ {form.body} }}
+{form.function()}
 void main() {{
     vec3 l = vec3(gl_FragCoord.xy / {float(2 * SIZE)}, 0.5);
     float sum = 0.0;

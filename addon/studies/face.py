@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The face's comparison as data: EEVEE's radiance of each region of skin against Cycles', under the lamps with their shadows."""
+"""The face's comparison as data: the engines' radiance of each region of skin against Cycles', under the lamps with shadows."""
 
 import math
 from array import array
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ...scenes.face import Face, Look, region_albedo
 from ...scenes.human import REGIONS
-from ..engines import CYCLES, EEVEE, Engine
+from ..engines import CYCLES, EEVEE, REALTIME, Engine
 from ..measure import error, render
 from ..measure.record import Progress, Record, known
 from ..models.vector import dot
@@ -16,8 +16,9 @@ from .five import MEASUREMENT_WORK
 from .pictures import PICTURE_WORK, Captions
 from .pictures import captions as captions_of
 
-# Renders with random numbers of their own, so that their noise can be told and taken out; EEVEE's are always the same.
-TAKES = {EEVEE: 1, CYCLES: 2}
+# Renders with random numbers of their own, so that their noise can be told and taken out; others are always the same.
+TAKES = {EEVEE: 1, CYCLES: 2, REALTIME: 1}
+HELD = (EEVEE, REALTIME)  # against Cycles
 FRONT = ("forehead", "cheeks", "nose")  # where these face the key they are FRONT_LIT
 FRONT_LIT, FACING = "front-lit", 0.3  # the least N.L
 NEAR = 0.01  # of albedo, by which a region is told
@@ -106,15 +107,16 @@ def measure(stage: Face, engine: Engine, samples: int, progress: Progress) -> li
 def records(seen: Sequence[Seen], measured: Sequence[Measured]) -> list[Record]:
     """Return one record per head and region as compare.json keeps it.
 
-    `rms_difference` is of EEVEE from Cycles; `noise`, which is not in it, is what randomness leaves in the mean of Cycles' takes:
-    both RMS over all channels as shares of Cycles' RMS. Radiances are linear RGB [W/(m^2 sr)]; seconds and samples are those of all
+    `rms_difference` is each engine's from Cycles; `noise`, which is not in it, is what is random in the mean of Cycles' takes: both
+    RMS over all channels as shares of Cycles' RMS. Radiances are linear RGB [W/(m^2 sr)]; seconds and samples are those of all
     takes. What cannot be told, as an engine or the region is missing, is None.
     """
     result = []
     for one in seen:
         engines = {m.engine.key: m for m in measured if m.look is one.look}
         means = {key: m.mean for key, m in engines.items()}
-        eevee, cycles = means.get(EEVEE.key), engines.get(CYCLES.key)
+        cycles = engines.get(CYCLES.key)
+        held = {engine.key: means[engine.key] for engine in HELD if engine.key in means}
         for region, pixels in one.pixels.items():
             result.append(
                 {
@@ -123,7 +125,7 @@ def records(seen: Sequence[Seen], measured: Sequence[Measured]) -> list[Record]:
                     "region": region,
                     "pixels": len(pixels),
                     "engines": list(engines),
-                    "rms_difference": None if eevee is None or cycles is None else _difference(eevee, cycles.takes, pixels),
+                    "rms_difference": {key: _difference(rgb, cycles.takes, pixels) for key, rgb in held.items()} if cycles else {},
                     "noise": None if cycles is None else known(error.difference(*cycles.takes, pixels) / 2.0),
                     "mean_radiance": {key: _mean(rgb, pixels) for key, rgb in means.items()},
                     "samples": {key: len(m.takes) * m.samples for key, m in engines.items()},
@@ -159,16 +161,16 @@ def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, .
         rgb = record["mean_radiance"].get(engine.key)
         return "-" if rgb is None else " ".join(f"{value:.3f}" for value in rgb)
 
-    columns = ("Look", "Region", "Pixels", "RMS difference", "Noise", "EEVEE RGB", "Cycles RGB")
+    columns = ("Look", "Region", "Pixels", *(engine.label for engine in HELD), "Noise")
+    columns += tuple(f"{engine.label} RGB" for engine in (*HELD, CYCLES))
     return columns, [
         (
             r["look"],
             r["region"],
             str(r["pixels"]),
-            percent(r["rms_difference"]),
+            *(percent(r["rms_difference"].get(engine.key)) for engine in HELD),
             percent(r["noise"]),
-            color(r, EEVEE),
-            color(r, CYCLES),
+            *(color(r, engine) for engine in (*HELD, CYCLES)),
         )
         for r in records
     ]

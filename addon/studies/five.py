@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The five-character comparison as data and pictures: per-character measurements, error maps, records."""
+"""The five-character comparison as data and pictures: measurements of each, error maps, records, one engine against another."""
 
 from array import array
 from collections.abc import Sequence
@@ -7,13 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...scenes.five_characters import Character, FiveCharacters
-from ..engines import Engine
+from ..engines import CYCLES, REALTIME, Engine
 from ..measure import error, picture, render
 from ..measure.record import Progress, Record, known
 from ..models import Lambert, OrenNayar
+from ..nodes import ROUGH_DIFFUSE
 from .pictures import PICTURE_WORK, Captions, captions
 
 MEASUREMENT_WORK = 1.0  # a twelfth of what a picture takes
+OSL_SAMPLES = 4  # only what the pixel filter mixes is random here
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class Measured:
-    """One character in one engine."""
+    """One character in one engine: `rgb` is its linear radiance [W/(m^2 sr)]; `osl`, whether Cycles had it on."""
 
     seen: Seen
     engine: Engine
@@ -38,11 +40,18 @@ class Measured:
     seconds: float
     errors: error.Errors
     difference: dict[int, float]
+    rgb: array[float]
+    osl: bool
 
 
-def work(stage: FiveCharacters, engine_count: int) -> float:
-    """Return the work of a whole comparison, in the units that this module reports to `Progress`."""
-    return engine_count * PICTURE_WORK + (engine_count + 1) * MEASUREMENT_WORK * len(stage.characters)
+def work(stage: FiveCharacters, engine_count: int, osl: bool) -> float:
+    """Return the work of a whole comparison, in the units that this module reports to `Progress`; `osl`: with `measure_osl`."""
+    measured = (engine_count + 1) * len(stage.characters) + osl * sum(map(_has_osl, stage.characters))
+    return engine_count * PICTURE_WORK + measured * MEASUREMENT_WORK
+
+
+def _has_osl(character: Character) -> bool:
+    return character.look.group is ROUGH_DIFFUSE
 
 
 def surfaces(stage: FiveCharacters, progress: Progress) -> list[Seen]:
@@ -76,8 +85,19 @@ def measure(stage: FiveCharacters, seen: Sequence[Seen], engine: Engine, samples
             seconds, rgb = render.radiance(scene, engine, samples)
             result = error.errors(rgb, one.expected, one.lambert)
             difference = error.signed_difference(rgb, one.expected, one.surface, light)
-            measured.append(Measured(one, engine, samples, seconds, result, difference))
+            osl = engine is CYCLES and stage.scene.cycles.shading_system
+            measured.append(Measured(one, engine, samples, seconds, result, difference, rgb, osl))
     return measured
+
+
+def measure_osl(stage: FiveCharacters, seen: Sequence[Seen], progress: Progress) -> list[Measured]:
+    """Return the same of Cycles with OSL, for the characters whose group has a shader there; their groups must be whole."""
+    chosen = [one for one in seen if _has_osl(one.character)]
+    before, stage.scene.cycles.shading_system = stage.scene.cycles.shading_system, True
+    try:
+        return measure(stage, chosen, CYCLES, OSL_SAMPLES, progress)
+    finally:
+        stage.scene.cycles.shading_system = before
 
 
 def five_captions(stage: FiveCharacters) -> Captions:
@@ -109,8 +129,11 @@ def write_error_maps(stage: FiveCharacters, measured: Sequence[Measured], folder
         )
 
 
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.2f} %"
+def _percent(share: float | None) -> str:
+    """Return `share` in %, to a hundredth, or where it is below that to a hundredth of it."""
+    if share is None:
+        return "-"
+    return f"{100.0 * share:.{2 if share >= 1e-4 else 4}f} %"
 
 
 def record(one: Measured, albedo: float) -> Record:
@@ -136,11 +159,38 @@ def record(one: Measured, albedo: float) -> Record:
     }
 
 
+def between_engines(measured: Sequence[Measured]) -> list[Record]:
+    """Return, for each character in Cycles and in Realtime, how far Realtime is from Cycles in the pixels that were measured.
+
+    `rms_difference` is relative to the RMS of Cycles, None where that is black. Neither engine has bounces there.
+    """
+    drawn = {one.seen.character.look.name: one for one in measured if one.engine is REALTIME}
+    found = []
+    for one in measured:
+        name = one.seen.character.look.name
+        if one.engine is CYCLES and name in drawn:
+            difference = error.difference(drawn[name].rgb, one.rgb, one.seen.expected.pixels)
+            own: Record = {"name": name, "osl": one.osl, "samples": one.samples, "pixels": one.errors.pixels}
+            found.append(own | {"rms_difference": known(difference)})
+    return found
+
+
+def between_engines_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return the columns and rows that sum up for people what `between_engines` found."""
+    ways = {False: "Cycles", True: "Cycles with OSL"}
+    by_name: dict[str, dict[bool, float | None]] = {}
+    for one in records:
+        by_name.setdefault(one["name"], {})[one["osl"]] = one["rms_difference"]
+    used = sorted({one["osl"] for one in records})
+    rows: list[tuple[str, ...]] = [(name, *(_percent(found.get(osl)) for osl in used)) for name, found in by_name.items()]
+    return ("Character", *(f"RMS from {ways[osl]}" for osl in used)), rows
+
+
 def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return the columns and rows that sum up `records` for people."""
 
-    def show(value: float | None, form: str, factor: float = 1.0) -> str:
-        return "-" if value is None else form.format(value * factor)
+    def show(value: float | None, form: str) -> str:
+        return "-" if value is None else form.format(value)
 
     columns = ("Engine", "Character", "Seconds", "Pixels", "RMS error", "99 % below", "Luminance", "L / Lambert")
     rows: list[tuple[str, ...]] = [
@@ -149,8 +199,8 @@ def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, .
             str(r["name"]),
             show(r["render_seconds"], "{:.1f}"),
             str(r["pixels"]),
-            show(r["rms_error"], "{:.2f} %", 100.0),
-            show(r["p99_error"], "{:.2f} %", 100.0),
+            _percent(r["rms_error"]),
+            _percent(r["p99_error"]),
             show(r["mean_luminance"], "{:.4f}"),
             show(r["luminance_over_lambert"], "{:.4f}"),
         )

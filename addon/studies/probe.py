@@ -18,7 +18,7 @@ from ...scenes.slab import slab
 from ...scenes.sphere import SphereUnderSun, sphere_under_sun
 from .. import engines, materials
 from ..claims import Claim, claim_of, engine_of
-from ..engines import CYCLES, EEVEE, Engine, uses_osl
+from ..engines import CYCLES, EEVEE, REALTIME, Engine, uses_osl
 from ..leave_out.simplify import restore_node
 from ..marks import LEAST_FOR
 from ..measure import render
@@ -33,9 +33,9 @@ SIZE = 96  # pixels across the sphere where the error is measured
 VIEW_MUS = (1.0, 0.5)  # N.V of the slab
 HALF_SPACE = 1000.0  # mean free paths across the slab
 TIMED_SIZE, ROUNDS = 192, 3  # pixels across the sphere where the time is, and how often in turns
-SAMPLES = {EEVEE: 4, CYCLES: 32}
-SLAB_SAMPLES = {EEVEE: 1, CYCLES: 512}  # EEVEE's first is as good as many
-TIMED_SAMPLES = {EEVEE: 4, CYCLES: 32}
+SAMPLES = {EEVEE: 4, CYCLES: 32, REALTIME: 1}  # of Realtime all are alike here
+SLAB_SAMPLES = {EEVEE: 1, CYCLES: 512, REALTIME: 1}  # EEVEE's first is as good as many
+TIMED_SAMPLES = {EEVEE: 4, CYCLES: 32, REALTIME: 16}
 LEAST = 1e-4  # of a color that can be measured
 
 
@@ -52,11 +52,11 @@ class Setup(NamedTuple):
 
     @classmethod
     def of(cls, scene: bpy.types.Scene) -> "Setup":
-        """Return that of `scene`; raises Refused where its engine is neither EEVEE nor Cycles."""
+        """Return that of `scene`; raises Refused where its engine is none of ours to measure."""
         engine = engine_of(scene)
         if engine is None:
-            raise Refused(f"The scene renders with {scene.render.engine.title()}: only EEVEE and Cycles can be measured")
-        return cls(engine, uses_osl(scene), engine is CYCLES and scene.cycles.device == "GPU")
+            raise Refused(f"The scene renders with {scene.render.engine.title()}: only EEVEE, Cycles and Realtime can be measured")
+        return cls(engine, engine is CYCLES and uses_osl(scene), engine is CYCLES and scene.cycles.device == "GPU")
 
     @property
     def fitted(self) -> Engine:

@@ -16,7 +16,6 @@ import bpy
 
 from mathutils import Vector
 
-from ...scenes.sphere import sky
 from .. import materials
 from ..engines import EEVEE, Engine
 from ..measure import render
@@ -170,7 +169,10 @@ def _finite(x: float) -> float:
 
 def uniform_world() -> bpy.types.World:
     """Return a world of radiance 1 everywhere."""
-    return sky((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), 1.0)
+    world = bpy.data.worlds.new("White")
+    background = next(node for node in world.node_tree.nodes if node.type == "BACKGROUND")
+    background.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    return world
 
 
 def _sun() -> bpy.types.Object:

@@ -5,21 +5,25 @@
 
 #ifdef SHADOWS
 // Returns the share of a lamp's light that reaches the point: of the 3x3 texels around it, those that see nothing nearer.
-float light_share(int k, vec3 position, vec3 n, vec3 l)
+float light_share(int k, vec3 position, vec3 n)
 {
     vec4 tile = shadows.tile[k];
     if (tile.z == 0.0) { // this lamp casts none
         return 1.0;
     }
-    // Off the surface by what a texel covers there, so that it does not shade itself.
-    vec4 behind = shadows.matrix[k] * vec4(position, 1.0);
-    float texel = shadows.texel[k].x * behind.w;
-    float slope = sqrt(max(0.0, 1.0 - dot(n, l) * dot(n, l)));
-    vec4 place = shadows.matrix[k] * vec4(position + n * (texel * (0.5 + 2.0 * slope)), 1.0);
+    // Off the surface by as much as its plane comes nearer to the lamp within the texels asked, so that it does not shade itself.
+    float along = dot(n, lamps.lamp[k].axis.xyz);
+    float slope = sqrt(max(0.0, 1.0 - along * along));
+    float texel = shadows.texel[k].x * (shadows.matrix[k] * vec4(position, 1.0)).w;
+    vec4 place = shadows.matrix[k] * vec4(position + n * (texel * (0.5 + 2.5 * slope)), 1.0);
     vec3 at = place.xyz / place.w;
     if (place.w <= 0.0 || any(greaterThan(abs(at), vec3(1.0)))) {
         return 1.0;
     }
+    float far = at.z; // as shadow_fragment.glsl has it
+#ifdef SPOT
+    far = lamps.lamp[k].place.w == SPOT ? place.w : far;
+#endif
     vec2 texels = (at.xy * 0.5 + 0.5) * tile.z - 0.5;
     ivec2 corner = ivec2(floor(texels));
     vec2 part = texels - vec2(corner);
@@ -30,7 +34,7 @@ float light_share(int k, vec3 position, vec3 n, vec3 l)
             // a box of 3x3 texels around the point weighs the four by four that it touches
             vec2 weight = vec2(x == -1 ? 1.0 - part.x : x == 2 ? part.x : 1.0, y == -1 ? 1.0 - part.y : y == 2 ? part.y : 1.0);
             float nearest = texelFetch(shadow_map, clamp(low + corner + ivec2(x, y), low, high), 0).x;
-            share += weight.x * weight.y * (at.z <= nearest ? 1.0 : 0.0);
+            share += weight.x * weight.y * (far <= nearest ? 1.0 : 0.0);
         }
     }
     return share / 9.0;
@@ -90,7 +94,7 @@ void main()
         vec3 l;
         vec3 irradiance = lamp_irradiance(lamps.lamp[k], world_position, l);
 #ifdef SHADOWS
-        irradiance *= light_share(k, world_position, n, l);
+        irradiance *= light_share(k, world_position, n);
 #endif
         radiance += irradiance * (RADIANCE(n, l, v));
 #ifdef COAT
@@ -121,7 +125,8 @@ void main()
     float share = material.scattering.w * (1.0 - coat); // of the light, scattered below the surface
     radiance *= 1.0 - material.scattering.w;
     out_entering = vec4(entering, float(object_number));
-    out_distance = vec4(burley_d(albedo, material.scattering.rgb), 1.0);
+    float depth = view.camera.w == 0.0 ? -dot(view.camera.xyz, world_position) : 1.0 / gl_FragCoord.w;
+    out_distance = vec4(burley_d(albedo, material.scattering.rgb), depth); // depth [m] along the camera's axis
     out_tint = vec4(albedo * (share / 3.14159265358979), 1.0);
 #elif defined(SCATTERING)
     out_entering = out_distance = out_tint = vec4(0.0);

@@ -4,13 +4,13 @@
 All materials take their color from the mesh's paint, so that one shader serves every scene.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import bpy
 
 from ... import materials
-from ...engines import CYCLES, EEVEE, Engine
+from ...engines import CYCLES, EEVEE, REALTIME, Engine
 from ...nodes import ROUGH_DIFFUSE, SUBSURFACE
 from ...osl import compiles_osl
 from ...presets import PRESETS
@@ -20,6 +20,12 @@ SIGMA = 0.33  # of the paper's roughest character [radians]; Blender's own closu
 MEDIUM = PRESETS["skin_2"]  # of the face
 MM = 0.001  # m
 OURS, BLENDERS = "ours", "blender"
+MODES: Mapping[Engine, Sequence[str | None]] = {
+    EEVEE: ("Single", "Lobes", "Signed", "Lamps"),
+    CYCLES: ("Lobes", "Lamps"),
+    REALTIME: (None,),  # it draws the model itself, whatever the mode
+}
+USUAL = {EEVEE: "Lobes", CYCLES: "Lobes", REALTIME: None}
 
 type Paint = Callable[[bpy.types.Material, bpy.types.NodeSocket], None]
 
@@ -74,7 +80,7 @@ def rough(used: Sequence[Engine], quick: bool, sunlit: bool) -> list[Contestant]
     `sunlit`: by one lamp, which the mode Lamps needs.
     """
     found = []
-    for engine, modes in ((EEVEE, ("Single", "Lobes", "Signed", "Lamps")), (CYCLES, ("Lobes", "Lamps"))):
+    for engine, modes in MODES.items():
         if engine not in used:
             continue
         found += [_group(engine, PAPER, mode) for mode in modes if sunlit or mode != "Lamps"]
@@ -85,22 +91,23 @@ def rough(used: Sequence[Engine], quick: bool, sunlit: bool) -> list[Contestant]
 
 
 def others(used: Sequence[Engine]) -> list[Contestant]:
-    """Return the rough models beside the paper's, in mode Lobes, each against its own formula."""
-    return [_group(engine, law, "Lobes", is_extra=True) for engine in used for law in OTHERS if law.rough]
+    """Return the rough models beside the paper's, in mode Lobes where there are modes, each against its own formula."""
+    return [_group(engine, law, USUAL[engine], is_extra=True) for engine in used for law in OTHERS if law.rough]
 
 
-def _group(engine: Engine, law: Law, mode: str, osl: bool = False, is_extra: bool = False) -> Contestant:
+def _group(engine: Engine, law: Law, mode: str | None, osl: bool = False, is_extra: bool = False) -> Contestant:
     def make(paint: Paint) -> bpy.types.Material:
-        material = materials.create(f"{law.name} {mode}", ROUGH_DIFFUSE, Model=law.name, Mode=mode, Roughness=SIGMA)
+        chosen = {} if mode is None else {"Mode": mode}
+        material = materials.create(f"{law.name} {mode or engine.label}", ROUGH_DIFFUSE, Model=law.name, Roughness=SIGMA, **chosen)
         paint(material, material.node_tree.nodes[ROUGH_DIFFUSE.name].inputs["Color"])
         return material
 
-    label = f"{'OSL' if osl else mode}{'' if law is PAPER else f', {law.name}'}"
-    return Contestant(engine, f"Rough Diffuse, {label}", make, OURS, ROUGH_DIFFUSE.key, law.name, mode, SIGMA, osl, law, is_extra)
+    label = ", ".join(part for part in ("Rough Diffuse", "OSL" if osl else mode, None if law is PAPER else law.name) if part)
+    return Contestant(engine, label, make, OURS, ROUGH_DIFFUSE.key, law.name, mode, SIGMA, osl, law, is_extra)
 
 
 def _own(engine: Engine) -> list[Contestant]:
-    """Return Blender's own. EEVEE's Diffuse BSDF ignores its roughness, so there it is Lambert."""
+    """Return Blender's own. EEVEE's Diffuse BSDF ignores its roughness, so there it is Lambert; Realtime takes all for Lambert."""
 
     def diffuse(roughness: float) -> Callable[[Paint], bpy.types.Material]:
         def make(paint: Paint) -> bpy.types.Material:
@@ -111,6 +118,8 @@ def _own(engine: Engine) -> list[Contestant]:
 
         return make
 
+    if engine is REALTIME:
+        return [Contestant(engine, "Diffuse BSDF (Lambert)", diffuse(SIGMA))]
     principled = Contestant(engine, "Principled BSDF", lambda paint: _principled(paint, {"Diffuse Roughness": SIGMA}))
     if engine is EEVEE:
         return [Contestant(engine, "Diffuse BSDF (Lambert)", diffuse(SIGMA)), principled]
@@ -130,13 +139,14 @@ def _principled(paint: Paint, inputs: dict[str, materials.Setting]) -> bpy.types
 
 
 def translucent(used: Sequence[Engine], quick: bool) -> list[Contestant]:
-    """Return who renders skin: the group in every method (EEVEE has one way), the Principled BSDF, plain Lambert."""
+    """Return who renders skin: the group in every method (of Cycles alone), the Principled BSDF, plain Lambert."""
     methods = ("Random Walk", "Christensen-Burley", "Random Walk (Skin)", "Random Walk (Legacy)")
     found = []
     for engine in used:
-        shown = methods[:1] if engine is EEVEE else methods[:2] if quick else methods
+        shown = methods[:1] if engine is not CYCLES else methods[:2] if quick else methods
         found += [_skin(engine, method) for method in shown]
-        found.append(Contestant(engine, "Principled BSDF", _principled_skin))
+        if engine is not REALTIME:
+            found.append(Contestant(engine, "Principled BSDF", _principled_skin))
         found += [one for one in _own(engine)[-3:] if "Lambert" in one.label]
     return found
 
@@ -148,8 +158,9 @@ def _skin(engine: Engine, method: str) -> Contestant:
         paint(material, material.node_tree.nodes[SUBSURFACE.name].inputs["Color"])
         return material
 
-    label = "Subsurface" if engine is EEVEE else f"Subsurface, {method}"
-    return Contestant(engine, label, make, OURS, SUBSURFACE.key, "Oren-Nayar", method)
+    label = f"Subsurface, {method}" if engine is CYCLES else "Subsurface"
+    mode = None if engine is REALTIME else method
+    return Contestant(engine, label, make, OURS, SUBSURFACE.key, "Oren-Nayar", mode)
 
 
 def _principled_skin(paint: Paint) -> bpy.types.Material:

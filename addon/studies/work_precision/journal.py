@@ -13,7 +13,7 @@ from ...measure.record import Record
 
 UNITS, PICTURE = "units.jsonl", "{}.f32"
 ROOT = Path(__file__).resolve().parents[3]
-SOURCES = ("addon/models", "addon/nodes", "addon/measure", "addon/studies/work_precision", "scenes", "shaders")
+SOURCES = ("addon/models", "addon/nodes", "addon/measure", "addon/realtime", "addon/studies/work_precision", "scenes", "shaders")
 
 type Key = tuple[str | int, ...]
 

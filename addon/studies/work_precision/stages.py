@@ -25,7 +25,7 @@ from ....scenes.human import REGIONS
 from ....scenes.sphere import COLOR, sphere_under_sun
 from ....scenes.subject import ALBEDO_ATTRIBUTE
 from ... import materials
-from ...engines import CYCLES, EEVEE, Engine
+from ...engines import CYCLES, EEVEE, REALTIME, Engine
 from ...measure import error, render
 from ...models import directional_albedo
 from ...models.vector import dot
@@ -140,8 +140,9 @@ class Sphere(Stage):
         self.contestants = rough(used, quick, sunlit=True)
         eevee = {1: 2, 16: 1} if quick else {1: 3, 4: 3, 16: 3, 64: 3, 256: 2}
         cycles = {1: 2, 4: 2, 16: 2, 64: 2} if quick else FULL
-        self.ladders = {EEVEE.key: Ladder(eevee), CYCLES.key: Ladder(cycles)}
-        self.costs = {EEVEE.key: Cost(0.9, 0.015, 3.0), CYCLES.key: Cost(0.1, 0.003, 0.1)}
+        # Realtime's samples are all at the pixel's center here, so that there is nothing to tell beyond the first
+        self.ladders = {EEVEE.key: Ladder(eevee), CYCLES.key: Ladder(cycles), REALTIME.key: Ladder({1: 2 if quick else 3})}
+        self.costs = {EEVEE.key: Cost(0.9, 0.015, 3.0), CYCLES.key: Cost(0.1, 0.003, 0.1), REALTIME.key: Cost(0.05, 0.001, 0.1)}
         self._expected: dict[str, error.Analytic] = {}
 
     def prepare(self) -> None:
@@ -180,8 +181,8 @@ class Furnace(Sphere):
         self.suns, self.world = (), uniform_world()
         self.contestants = [one for one in rough(used, quick, sunlit=False) if not one.is_twin]
         if quick:
-            self.ladders = {EEVEE.key: Ladder({1: 1, 16: 1}), CYCLES.key: self.ladders[CYCLES.key]}
-        self.costs = {EEVEE.key: Cost(0.9, 0.015, 0.5), CYCLES.key: Cost(0.1, 0.003, 0.1)}
+            self.ladders = {**self.ladders, EEVEE.key: Ladder({1: 1, 16: 1})}
+        self.costs = {**self.costs, EEVEE.key: Cost(0.9, 0.015, 0.5)}
 
     def prepare(self) -> None:
         """Nothing is chosen: the world is no lamp."""
@@ -219,8 +220,9 @@ class Five(Stage):
         self.contestants = [one for one in everyone if not (one.is_twin or (one.engine is EEVEE and one.mode in slow))]
         eevee = {1: 1, 4: 1} if quick else {1: 3, 4: 3, 16: 2, 64: 1}
         cycles = {1: 2, 4: 2, 16: 2, 64: 1} if quick else FULL
-        self.ladders = {EEVEE.key: Ladder(eevee), CYCLES.key: Ladder(cycles)}
-        self.costs = {EEVEE.key: Cost(1.6, 0.5, 4.0), CYCLES.key: Cost(0.25, 0.02, 0.2)}
+        realtime = {1: 1, 16: 1} if quick else {1: 3, 4: 3, 16: 2, 64: 1}
+        self.ladders = {EEVEE.key: Ladder(eevee), CYCLES.key: Ladder(cycles), REALTIME.key: Ladder(realtime)}
+        self.costs = {EEVEE.key: Cost(1.6, 0.5, 4.0), CYCLES.key: Cost(0.25, 0.02, 0.2), REALTIME.key: Cost(0.8, 0.2, 0.3)}
         self.reference_samples = 256 if quick else 2048
         found = [one for one in rough((CYCLES,), True, sunlit=False) if one.mode == "Lobes"]
         self.chosen = found[-1]  # OSL, where there is any
@@ -272,8 +274,9 @@ class FaceStage(Stage):
         self.contestants = translucent(used, quick)
         eevee = {1: 1, 4: 1} if quick else {1: 3, 4: 3, 16: 2, 64: 1}
         cycles = {1: 2, 4: 2, 16: 2} if quick else FULL
-        self.ladders = {EEVEE.key: Ladder(eevee), CYCLES.key: Ladder(cycles)}
-        self.costs = {EEVEE.key: Cost(1.6, 0.5, 2.5), CYCLES.key: Cost(0.06, 0.016, 0.1)}
+        realtime = {1: 1, 16: 1} if quick else {1: 3, 4: 3, 16: 2, 64: 1}
+        self.ladders = {EEVEE.key: Ladder(eevee), CYCLES.key: Ladder(cycles), REALTIME.key: Ladder(realtime)}
+        self.costs = {EEVEE.key: Cost(1.6, 0.5, 2.5), CYCLES.key: Cost(0.06, 0.016, 0.1), REALTIME.key: Cost(0.8, 0.1, 0.3)}
         self.reference_samples = 128 if quick else 4096
 
     @property

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How far a surface is from a lamp: from a spot along its axis [m], as depths in its clip space crowd near 1; from a sun, whose
+// depths are even, as in the clip space.
+
+void main()
+{
+    bool is_spot = vec3(lamp_matrix[0].w, lamp_matrix[1].w, lamp_matrix[2].w) != vec3(0.0);
+    result = vec4(is_spot ? 1.0 / gl_FragCoord.w : gl_FragCoord.z * 2.0 - 1.0, 0.0, 0.0, 1.0);
+}
