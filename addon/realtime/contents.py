@@ -21,7 +21,7 @@ BLACK: Rgb = (0.0, 0.0, 0.0)
 NONE = 0  # the number of no material
 
 type Key = tuple[int, int]
-"""An evaluated mesh: where it is in memory, and the session's number of what it was evaluated from."""
+"""A mesh: where it, or the object it is made for, is in memory; the session's number of its data: another at each evaluation."""
 
 
 @dataclass(frozen=True)

@@ -74,7 +74,7 @@ def gather_shader() -> gpu.types.GPUShader:
 
 @cache
 def add_shader() -> gpu.types.GPUShader:
-    return compiled(whole("add", {"radiance_map": "FLOAT_2D"}, {"weight": "FLOAT", "background": "VEC4"}))
+    return compiled(whole("add", {"radiance_map": "FLOAT_2D"}, {"background": "VEC4"}))
 
 
 @cache
@@ -143,7 +143,7 @@ class Painter:
         self._shadowed: list[shadows.Tile] | None = None
         self._parts: list[Part] = []
         self._order: list[tuple[Variant, Look, list[Part]]] = []
-        self._total = 0.0
+        self._samples = 0
 
     def refresh(self) -> None:
         """Take over what `contents` has read anew."""
@@ -176,12 +176,12 @@ class Painter:
             self._targets = None  # the driver may not have room for both
             self._targets = Targets(*size)
         self._targets.sum.clear(format="FLOAT", value=CLEAR)
-        self._total = 0.0
+        self._samples = 0
         self._draw_shadows(view)
 
     def add(self, view: View, sample: int, filter_size: float, background: Rgba) -> None:
         """Add one sample of every pixel, seen over `background`."""
-        x, y, weight = offset(sample, filter_size)
+        x, y = offset(sample, filter_size)
         seen = view.shifted(x, y)
         targets = self._targets
         self._draw_surfaces(targets, seen)
@@ -194,11 +194,10 @@ class Painter:
             shader = add_shader()
             shader.bind()
             shader.uniform_sampler("radiance_map", targets.gathered)
-            shader.uniform_float("weight", weight)
             shader.uniform_float("background", background)
             self._covering.draw(shader)
             gpu.state.blend_set("NONE")
-        self._total += weight
+        self._samples += 1
 
     def show_blended(self) -> None:
         """Draw the picture so far over what the window has."""
@@ -211,7 +210,7 @@ class Painter:
         shader = show_shader()
         shader.bind()
         shader.uniform_sampler("sum_map", self._targets.sum)
-        shader.uniform_float("weight", 1.0 / self._total)
+        shader.uniform_float("weight", 1.0 / self._samples)
         self._covering.draw(shader)
 
     def read(self) -> gpu.types.Buffer:

@@ -35,6 +35,7 @@ class TrueDiffuseRealtime(bpy.types.RenderEngine):
 
     _contents: Contents | None = None  # of a viewport
     _painter: Painter | None = None
+    _is_sent = False  # what has changed, to the driver
     _view: View | None = None
     _sample = 0  # how many the picture of `_view` has
     _refused_size: tuple[int, int] | None = None  # of a viewport for which the driver refuses something
@@ -51,14 +52,12 @@ class TrueDiffuseRealtime(bpy.types.RenderEngine):
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what changed."""
         self._view = self._refused_size = None
+        self._is_sent = False
         try:
             if self._contents is None:
                 self._contents = Contents()
             space = context.space_data
             self._contents.update(depsgraph, lambda item: item.original.visible_in_viewport_get(space))
-            if self._painter is None:
-                self._painter = Painter(self._contents)
-            self._painter.refresh()
         except Exception as error:
             self._contents = self._painter = None
             self._refuse(_failed(error))
@@ -66,9 +65,14 @@ class TrueDiffuseRealtime(bpy.types.RenderEngine):
     def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Draw one more sample, and all so far into the window; ask for the next."""
         size = (context.region.width, context.region.height)
-        if self._painter is None or self._contents is None or self._refused_size == size:
+        if self._contents is None or self._refused_size == size:
             return
         try:
+            if self._painter is None:
+                self._painter = Painter(self._contents)
+            if not self._is_sent:  # here, as Blender may have no graphics context while it updates
+                self._painter.refresh()
+                self._is_sent = True
             self._draw(context, depsgraph.scene, self._painter, self._contents)
         except Refused as error:  # another size may do
             self._refused_size = size

@@ -49,16 +49,23 @@ class View:
         return blocks.view(self.projection, self.eye, self.is_perspective, world)
 
 
-def offset(sample: int, size: float) -> tuple[float, float, float]:
-    """Return where a sample is taken, right of and above the pixel's center [pixels], and its weight in a filter `size` pixels wide.
+def offset(sample: int, size: float) -> tuple[float, float]:
+    """Return where a sample is taken, right of and above the pixel's center [pixels], in a filter `size` pixels wide.
 
     The first is the center's; the rest follow the additive recurrence of the plastic number, which fills a square evenly (M. Roberts,
-    2018). The weight is that of Blackman and Harris's window.
+    2018), with the density of Blackman and Harris's window, so that all count alike.
     """
-    if size <= 0.0 or sample == 0:
-        return 0.0, 0.0, 1.0
-    x, y = ((0.5 + sample * step) % 1.0 - 0.5 for step in (0.7548776662466927, 0.5698402909980532))
-    weight = math.prod(
-        sum(term * math.cos(2.0 * math.pi * k * (at + 0.5)) for k, term in enumerate(BLACKMAN_HARRIS)) for at in (x, y)
-    )
-    return x * size, y * size, weight
+    x, y = (_windowed((0.5 + sample * step) % 1.0) for step in (0.7548776662466927, 0.5698402909980532))
+    return x * size, y * size
+
+
+def _windowed(share: float) -> float:
+    """Return the place in Blackman and Harris's window, -0.5 to 0.5, below which `share` of it lies."""
+    constant, *terms = BLACKMAN_HARRIS
+    low, high = -0.5, 0.5
+    for _ in range(30):  # halves, to 1e-9
+        at = (low + high) / 2.0
+        turns = [2.0 * math.pi * k for k in range(1, len(terms) + 1)]
+        waves = sum(term * math.sin(turn * (at + 0.5)) / turn for term, turn in zip(terms, turns, strict=True))
+        low, high = (at, high) if (at + 0.5) + waves / constant < share else (low, at)
+    return (low + high) / 2.0

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One sample of the picture over its background, times its weight, to be added to the others.
+// One sample of the picture over its background, to be added to the others.
 
 void main()
 {
     vec4 sample_radiance = texelFetch(radiance_map, ivec2(gl_FragCoord.xy), 0);
-    result = weight * (sample_radiance + (1.0 - sample_radiance.w) * background);
+    result = sample_radiance + (1.0 - sample_radiance.w) * background;
 }
