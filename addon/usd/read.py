@@ -12,7 +12,7 @@ from ..nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group
 from ..nodes.graph import stamp_of
 from .materialx import LUMINANCE
 from .nearest import LAWS
-from .surface import Attribute, Image, Rgb, Setting, Source, Surface
+from .surface import Attribute, Image, Rgb, Setting, Source, Surface, rgb
 
 WRAPS = {"REPEAT": "periodic", "EXTEND": "clamp", "CLIP": "black", "MIRROR": "mirror"}
 DEFAULT_UV, DEFAULT_COLOR = "st", "displayColor"  # what Blender calls the UV map and the color attribute in use, in USD
@@ -23,7 +23,6 @@ CARRIED = {
     SPECULAR_GROUP.key: ("Color",),
 }
 NUMBERS = {"Roughness", "Subsurface", "Specular", "Specular Roughness"}
-
 
 
 class Names(NamedTuple):
@@ -83,18 +82,16 @@ def read(node: bpy.types.Node, group: Group, version: int, names: Names) -> tupl
 
 def read_color(socket: bpy.types.NodeSocket, names: Names) -> tuple[Rgb, Source | None]:
     """Return a color socket's value, and the image or attribute that takes its place, if that is what feeds it."""
-    red, green, blue = plain(socket.default_value)[:3]
-    own = (red, green, blue)
+    own = plain(socket.default_value)
     if not socket.is_linked:
-        return own, None
+        return rgb(own), None
     try:
         source = _source(socket, names)
         if isinstance(source, (Image, Attribute)):
-            return own, source
-        red, green, blue = _fitting(source, (*own, 1.0))[:3]
+            return rgb(own), source
+        return rgb(_fitting(source, own)), None
     except Lost:
-        return own, None
-    return (red, green, blue), None
+        return rgb(own), None
 
 
 def plain(value: Setting | Sequence[float]) -> Setting:

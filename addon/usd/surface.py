@@ -56,14 +56,21 @@ class Surface:
 
     def rgb(self, name: str) -> Rgb:
         """Return a socket's red, green and blue, or its vector."""
-        value = self.inputs[name]
-        if not isinstance(value, tuple) or len(value) < 3:
-            raise TypeError(f"{name} is {value!r}, not a color")
-        return value[0], value[1], value[2]
+        try:
+            return rgb(self.inputs[name])
+        except TypeError as error:
+            raise TypeError(f"{name}: {error}") from error
 
     def choice(self, name: str) -> str:
         """Return the entry of a menu."""
         return str(self.inputs[name])
+
+
+def rgb(value: Setting) -> Rgb:
+    """Return red, green and blue of a color, or a vector; raises TypeError for what is neither."""
+    if not isinstance(value, tuple) or len(value) < 3:
+        raise TypeError(f"{value!r} is not a color")
+    return value[0], value[1], value[2]
 
 
 def slope(law: Callable[[float], float]) -> float:
