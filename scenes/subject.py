@@ -28,7 +28,7 @@ def standing(mesh: bpy.types.Mesh) -> Matrix:
 
 
 def stand(mesh: bpy.types.Mesh, color: tuple[float, float, float], place: Matrix | None = None) -> bpy.types.Mesh:
-    """Stand `mesh` on the ground at HEIGHT, or put it by `place`, shade it smooth and give it one color and one slot; returns it."""
+    """Stand `mesh` on the ground at HEIGHT, or put it by `place`, smooth it, give it one color and one slot; returns it."""
     mesh.transform(place or standing(mesh))
     mesh.shade_smooth()
     mesh.materials.clear()

@@ -10,8 +10,9 @@ blender -b --python scripts/compare.py -- [OPTIONS]
 
 import math
 import sys
+import tempfile
 from argparse import ArgumentTypeError, BooleanOptionalAction
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -19,8 +20,9 @@ from typing import TYPE_CHECKING
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+import jobs
 from console import BadInput, Parser, Terminal, script_arguments
-from frame import ENGINE_KEYS, engine_list, load_character, run_script, sample_count, start_blender
+from frame import ENGINE_KEYS, engine_list, load_bpy, load_character, run_script, sample_count, start_blender
 from outputs import Staging
 
 if TYPE_CHECKING:
@@ -29,10 +31,10 @@ if TYPE_CHECKING:
     from true_diffuse.addon.engines import Engine
     from true_diffuse.addon.leave_out.simplify import Finding
     from true_diffuse.addon.measure.record import Record
+    from true_diffuse.addon.studies.batch.five import Order
     from true_diffuse.addon.tolerance import Choice
-    from true_diffuse.scenes.five_characters import FiveCharacters
 
-REPORT = Path("report/report.json")
+REPORT, OUT = Path("report/report.json"), Path("comparison")
 LEAVE_OUT = {"leave_out": True}  # searchlight builds its scene anew for every ring
 
 
@@ -49,13 +51,16 @@ class Options:
     samples: int | None
     error: float | None
     report: Path | None
-    character: str
+    characters: tuple[str, ...]
+    frames: tuple[int, ...] | None
     sigmas: tuple[float, ...]
     albedo: float
     full_figure: bool
     leave_out: bool
     out: Path
     save_blend: bool
+    job: Path | None
+    chunk: int | None
 
 
 @dataclass(frozen=True)
@@ -71,6 +76,8 @@ class Scene:
 def main() -> int:
     """Run the script; returns the exit status."""
     options = parse(script_arguments())
+    if options.job:
+        return run_script("compare.py", options.job, partial(order_five, options))
     return run_script("compare.py", options.out, partial(compare, options))
 
 
@@ -98,8 +105,17 @@ def parse(arguments: list[str]) -> Options:
     )
     parser.add_argument(
         "--character",
+        nargs="+",
+        action="extend",
         metavar="WHO",
-        help="human, monkey, or a .blend, .usd, .usda, .usdc, .usdz, .glb, .gltf or .obj file (default: human)",
+        help="human, monkey, or a .blend, .usd, .usda, .usdc, .usdz, .glb, .gltf or .obj file (default: human); "
+        "five: any number of them, also patterns as 'shots/**/*.glb'",
+    )
+    parser.add_argument(
+        "--frames",
+        type=jobs.frame_list,
+        metavar="LIST",
+        help="five: frames of the characters' own animation, as 1-24, 1-24:4 or 1,5,9",
     )
     parser.add_argument("--sigma", type=_sigmas, metavar="LIST", help="five: facet slopes in radians (default: 0,0.2,0.33)")
     parser.add_argument("--albedo", type=_albedo, metavar="RHO", help="five: of the lightest paint, 0 to 1 (default: 0.8)")
@@ -111,13 +127,23 @@ def parse(arguments: list[str]) -> Options:
         action=BooleanOptionalAction,
         help="five, face: give each engine the least of every material that renders the same picture (default: on)",
     )
-    parser.add_argument("--out", type=Path, default=Path("comparison"), metavar="DIR", help="folder to write (default: comparison)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder to write (default: {OUT}; with --job the job's own)")
     parser.add_argument("--save-blend", action="store_true", help="also write SCENE.blend, the scene to open in Blender")
+    parser.add_argument(
+        "--job", type=Path, metavar="DIR", help="five: render nothing, but write a job bundle of Open Job Description that does"
+    )
+    parser.add_argument("--chunk", type=jobs.chunk_size, metavar="N", help="with --job: frames of one task (default: 8)")
     got = parser.parse_args(arguments)
     scene = SCENES[got.scene]
     if got.error is not None and got.samples is not None:
         parser.error("--error picks the samples: leave out --samples")
-    names = ("character", "sigma", "albedo", "full_figure", "error", "leave_out")
+    if got.job and (got.error is not None or got.save_blend):
+        parser.error("--job has no option --error and no --save-blend")
+    if got.chunk and not got.job:
+        parser.error("--chunk is of --job")
+    if got.scene != "five" and len(got.character or ()) > 1:
+        parser.error(f"--scene {got.scene} has one --character")
+    names = ("character", "frames", "sigma", "albedo", "full_figure", "error", "leave_out", "job")
     special = {name: getattr(got, name) for name in names}
     for name, value in special.items():
         if value is not None and name not in scene.knows:
@@ -130,13 +156,16 @@ def parse(arguments: list[str]) -> Options:
         samples=got.samples,
         error=special["error"],
         report=got.report if special["error"] else None,
-        character=special["character"],
+        characters=tuple(special["character"] or ()),
+        frames=special["frames"],
         sigmas=special["sigma"],
         albedo=special["albedo"],
         full_figure=special["full_figure"],
         leave_out=special["leave_out"],
-        out=got.out,
+        out=got.out or OUT,
         save_blend=got.save_blend,
+        job=got.job,
+        chunk=got.chunk,
     )
 
 
@@ -215,34 +244,64 @@ def _samples_of(options: Options, engine: "Engine") -> int:
     return options.samples or SCENES[options.scene].samples[engine.key]
 
 
+def order_of(options: Options, engines: Sequence[str], choices: Mapping[str, "Choice"]) -> "Order":
+    """Return what the options order of the five characters. Raises BadInput where a character's file is not there."""
+    from true_diffuse.addon.studies.batch.five import CHUNK, Order, Way
+
+    defaults = SCENES["five"].samples
+    return Order(
+        characters=jobs.characters(options.characters),
+        frames=options.frames or (None,),
+        engines=tuple(engines),
+        samples={key: choices[key].samples if key in choices else options.samples or defaults[key] for key in engines},
+        resolution=options.resolution,
+        sigmas=options.sigmas,
+        albedo=options.albedo,
+        full_figure=options.full_figure,
+        leave_out=options.leave_out,
+        ways={key: Way(choice.mode, choice.osl) for key, choice in choices.items()},
+        chunk=options.chunk or CHUNK,
+    )
+
+
+def order_five(options: Options, staging: Staging, terminal: Terminal) -> None:
+    """Write the job that renders and measures the five characters."""
+    load_bpy()
+    assert options.job is not None
+    order = order_of(options, options.engines, {})
+    document = {"study": "five", "order": order.packed(), "options": vars_of(options)}
+    description = f"{len(order.characters)} characters, {len(order.frames)} frames, {' and '.join(order.engines)}"
+    target = options.job, None if options.out == OUT else options.out
+    jobs.write_job("True Diffuse, five characters", description, document, jobs.five_steps(order), target, staging, terminal)
+
+
 def compare_five(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
     """Compare the five characters with the analytic models."""
     from true_diffuse.addon.studies import five, pictures
-    from true_diffuse.scenes import five_characters
+    from true_diffuse.addon.studies.batch.five import Five, collect
+    from true_diffuse.addon.studies.batch.results import BatchError, Results
 
     choices = _pick(options, chosen, terminal)
-    mesh = load_character(options.character)
-    bust = options.character == "human" and not options.full_figure
-    stage = five_characters.build(mesh, options.albedo, bust, options.resolution, options.sigmas)
-
-    folder = staging.folder
-    captions = five.five_captions(stage)
-    with terminal.progress(five.work(stage, len(chosen))) as progress:
-        seen = five.surfaces(stage, progress)
-        measured, left_out = [], {}
-        for engine in chosen:
-            samples = _use(choices[engine.key], stage) if choices else _samples_of(options, engine)
-            left_out[engine.label] = _leave_out(options, stage.scene, engine, samples)
-            pictures.render_picture(stage.scene, engine, samples, folder / "five", captions, progress)
-            measured += five.measure(stage, seen, engine, samples, progress)
-    five.write_error_maps(stage, measured, folder)
-    records = [five.record(one, options.albedo) for one in measured]
-    _tell_left_out(left_out, terminal)
-    if options.save_blend:
-        pictures.save_blend(stage.scene, folder / "five.blend")
-    got = _got(options, choices, records, terminal)
-    written = publish(options, chosen, staging, {"records": records} | ({"choices": got} if got else {}))
-    terminal.table("Error against the analytic model, key light alone", *five.table(records))
+    order = order_of(options, [engine.key for engine in chosen], choices)
+    if options.save_blend and len(order.characters) > 1:
+        raise BadInput("--save-blend is of one character")
+    with tempfile.TemporaryDirectory(prefix="parts_", dir=staging.folder) as folder:
+        results, worker = Results(Path(folder), ""), Five(order, chosen)
+        try:
+            with terminal.progress(order.work()) as progress:
+                for parts in order.chunks():
+                    worker.do(parts, results, progress)
+            collected = collect(order, results, staging.folder)
+        except BatchError as error:
+            raise BadInput(str(error)) from error
+    _tell_left_out(worker.left_out, terminal)
+    if options.save_blend and worker.stage:
+        pictures.save_blend(worker.stage.scene, staging.folder / "five.blend")
+    got = _got(options, choices, collected.records, terminal)
+    document = {**collected.document, "options": vars_of(options)} | ({"choices": got} if got else {})
+    staging.write_json("compare.json", document)
+    written = staging.publish()
+    terminal.table("Error against the analytic model, key light alone", *five.table(collected.records))
     return written
 
 
@@ -266,19 +325,6 @@ def _pick(options: Options, chosen: list["Engine"], terminal: Terminal) -> dict[
         terminal.say(f"For {tolerance.percent(options.error)} {tolerance.told(choice)}")
     terminal.say("Standard specular has no mode and does not count")
     return choices
-
-
-def _use(choice: "Choice", stage: "FiveCharacters") -> int:
-    """Set the characters' mode to what was picked; returns the samples."""
-    from true_diffuse.addon.nodes import ROUGH_DIFFUSE, lamps
-
-    for character in stage.characters:
-        if character.look.group is ROUGH_DIFFUSE:
-            tree = character.subject.material_slots[0].material.node_tree
-            tree.nodes[ROUGH_DIFFUSE.name].inputs["Mode"].default_value = choice.mode
-    lamps.choose([stage.key])
-    stage.scene.cycles.shading_system = choice.osl
-    return choice.samples
 
 
 def _got(
@@ -325,7 +371,7 @@ def compare_face(options: Options, chosen: list["Engine"], staging: Staging, ter
     from true_diffuse.addon.studies import pictures
     from true_diffuse.scenes import face
 
-    stage = face.build(load_character(options.character), options.character == "human", options.resolution)
+    stage = face.build(load_character(options.characters[0]), options.characters[0] == "human", options.resolution)
     folder = staging.folder
     captions = study.captions(stage)
     rendered, measured, left_out = [], [], {}
@@ -367,13 +413,22 @@ SCENES = {
         compare=compare_five,
         resolution=(1280, 480),
         samples={"eevee": 16, "cycles": 32},
-        knows={"character": "human", "sigma": (0.0, 0.2, 0.33), "albedo": 0.8, "full_figure": False, "error": None} | LEAVE_OUT,
+        knows={
+            "character": ["human"],
+            "frames": None,
+            "sigma": (0.0, 0.2, 0.33),
+            "albedo": 0.8,
+            "full_figure": False,
+            "error": None,
+            "job": None,
+        }
+        | LEAVE_OUT,
     ),
     "face": Scene(
         compare=compare_face,
         resolution=(1200, 480),
         samples={"eevee": 32, "cycles": 20},
-        knows={"character": "human"} | LEAVE_OUT,
+        knows={"character": ["human"]} | LEAVE_OUT,
     ),
     "searchlight": Scene(
         compare=compare_searchlight,

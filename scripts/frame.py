@@ -76,17 +76,21 @@ def load_character(who: str) -> "Mesh":
         raise BadInput(str(error)) from error
 
 
+def load_bpy() -> None:
+    """Load Blender's module; raises BadInput where that fails."""
+    try:
+        import bpy  # noqa: F401 - where that fails, it is said in one line
+    except ImportError as error:
+        raise BadInput(f"Blender's module cannot be loaded: {error}") from error
+
+
 def start_blender(keys: Sequence[str], terminal: Terminal) -> list["Engine"]:
     """Load an empty file, make `true_diffuse` importable, and return the engines of `keys` that run here.
 
     Raises BadInput where Blender cannot read its renders, or no engine is left.
     """
     terminal.say("Loading Blender")
-    try:
-        import bpy  # noqa: F401 - where that fails, it is said in one line
-    except ImportError as error:
-        raise BadInput(f"Blender's module cannot be loaded: {error}") from error
-
+    load_bpy()
     import checkout  # noqa: F401 - makes this checkout the package true_diffuse
     from true_diffuse.addon import engines
     from true_diffuse.addon.measure import render

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The five-character comparison as data and pictures: per-character measurements, error maps, records."""
 
+import json
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -85,32 +86,69 @@ def five_captions(stage: FiveCharacters) -> Captions:
     return captions(stage.scene, {character.look.label: character.subject for character in stage.characters})
 
 
-def write_error_maps(stage: FiveCharacters, measured: Sequence[Measured], folder: Path) -> None:
-    """Write error_ENGINE.png for each engine into `folder`; where characters overlap, the nearest one's error is shown."""
-    resolution = stage.scene.render.resolution_x, stage.scene.render.resolution_y
-    for engine in dict.fromkeys(one.engine for one in measured):
-        ours = [one for one in measured if one.engine is engine]
-        nearest: dict[tuple[int, int], tuple[float, float]] = {}
-        for one in ours:
-            region = one.seen.region
-            for pixel, value in one.difference.items():
-                row, column = divmod(pixel, region.width)
-                place = (region.x + column, region.y + region.height - 1 - row)
-                distance = one.seen.distance[pixel]
-                if place not in nearest or distance < nearest[place][0]:
-                    nearest[place] = (distance, value)
-        picture.heat_map(
-            folder / f"error_{engine.key}.png",
-            resolution,
-            {place: value for place, (_, value) in nearest.items()},
-            [f"{one.seen.character.look.label}:  {_percent(one.errors.rms)}" for one in ours],
-            five_captions(stage).centers,
-            f"{engine.label} minus analytic value, as a share of a Lambert surface lit head on  (captions: RMS error)",
-        )
+@dataclass(frozen=True)
+class Patch:
+    """What an error map shows of one character: its pixels, as y * width + x from the frame's bottom left, and of each the distance
+    from the camera [m] and the error, a share of a Lambert surface lit head on. `center` is the x of its caption [pixels].
+    """
+
+    label: str
+    center: float
+    rms: float | None
+    pixels: array[int]
+    distance: array[float]
+    error: array[float]
+
+    def packed(self) -> bytes:
+        """Return all of it as bytes, little-endian as all machines that Blender runs on."""
+        header = {"label": self.label, "center": self.center, "rms": self.rms, "pixels": len(self.pixels)}
+        return json.dumps(header).encode() + b"\n" + b"".join(x.tobytes() for x in (self.pixels, self.distance, self.error))
+
+    @staticmethod
+    def unpacked(content: bytes) -> "Patch":
+        """Return what `packed` made bytes of."""
+        line, _, rest = content.partition(b"\n")
+        header = json.loads(line)
+        columns = array("i"), array("f"), array("f")
+        for place, column in enumerate(columns):
+            size = 4 * header["pixels"]
+            column.frombytes(rest[place * size : (place + 1) * size])
+        return Patch(header["label"], header["center"], header["rms"], *columns)
 
 
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.2f} %"
+def patch(stage: FiveCharacters, one: Measured) -> Patch:
+    """Return what the error map of `one`'s engine shows of it."""
+    region, width = one.seen.region, stage.scene.render.resolution_x
+    places = array("i")
+    for pixel in one.difference:
+        row, column = divmod(pixel, region.width)
+        places.append((region.y + region.height - 1 - row) * width + region.x + column)
+    label = one.seen.character.look.label
+    (center,) = captions(stage.scene, {label: one.seen.character.subject}).centers
+    distance = array("f", (one.seen.distance[pixel] for pixel in one.difference))
+    return Patch(label, center, known(one.errors.rms), places, distance, array("f", one.difference.values()))
+
+
+def write_error_map(path: Path, engine: str, resolution: tuple[int, int], patches: Sequence[Patch]) -> None:
+    """Write the errors of an `engine`, by its label; where characters overlap, the nearest one's is shown."""
+    nearest: dict[int, tuple[float, float]] = {}
+    for one in patches:
+        for pixel, distance, error_there in zip(one.pixels, one.distance, one.error, strict=True):
+            if pixel not in nearest or distance < nearest[pixel][0]:
+                nearest[pixel] = (distance, error_there)
+    width = resolution[0]
+    picture.heat_map(
+        path,
+        resolution,
+        {(pixel % width, pixel // width): value for pixel, (_, value) in nearest.items()},
+        [f"{one.label}:  {_percent(one.rms)}" for one in patches],
+        [one.center for one in patches],
+        f"{engine} minus analytic value, as a share of a Lambert surface lit head on  (captions: RMS error)",
+    )
+
+
+def _percent(share: float | None) -> str:
+    return "-" if share is None else f"{100.0 * share:.2f} %"
 
 
 def record(one: Measured, albedo: float) -> Record:

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A batch as a job bundle of Open Job Description, in the layout that AWS Deadline Cloud reads. No bpy.
+
+https://github.com/OpenJobDescription/openjd-specifications (2023-09). The bundle carries the code that its tasks run, so that it
+needs nothing of the checkout and gives the same figures while that goes on. A session's environment keeps one Blender alive.
+"""
+
+import json
+import re
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[3]
+CODE = ("__init__.py", "blender_manifest.toml", "addon", "scenes", "scripts", "shaders")
+SUFFIXES = (".py", ".toml", ".glsl", ".osl")
+JOB = "job.json"  # what is ordered
+SESSION = ["--session", "{{Session.WorkingDirectory}}"]
+PATHS = ["--path-mapping", "{{Session.PathMappingRulesFile}}"]
+BEGIN_SECONDS, END_SECONDS = 600, 60
+PLAIN = re.compile(r"[A-Za-z][\w /.-]*")  # text that YAML takes for nothing else
+WORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}  # which YAML does
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of a job: a task for each combination of its `parameters`, which follows on the one before it."""
+
+    name: str
+    description: str
+    parameters: Sequence[Mapping[str, Any]] = ()
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a bundle is written of. `python` runs the tasks; `blender` is a Blender to render with, "" for Python's module bpy."""
+
+    name: str
+    description: str
+    document: Mapping[str, Any]
+    steps: Sequence[Step]
+    inputs: Sequence[str]
+    python: str
+    blender: str
+
+
+def write(job: Job, folder: Path, output: Path | None) -> None:
+    """Write the bundle into `folder`, which is there. Results go to `output`, or where None is given to the bundle's own folder.
+
+    Raises OSError.
+    """
+    values: list[dict[str, str]] = [{"name": "OutputDir", "value": str(output)}] if output else []
+    outputs = [str(output)] if output else []
+    references = {"inputs": {"filenames": list(job.inputs), "directories": []}, "outputs": {"directories": outputs}}
+    (folder / "template.yaml").write_text(yaml(template(job)), encoding="utf-8")
+    (folder / "parameter_values.yaml").write_text(yaml({"parameterValues": values}), encoding="utf-8")
+    references = {"assetReferences": {**references, "referencedPaths": []}}
+    (folder / "asset_references.yaml").write_text(yaml(references), encoding="utf-8")
+    (folder / JOB).write_text(json.dumps(job.document, indent=2) + "\n", encoding="utf-8")
+    for name in CODE:
+        _copy(ROOT / name, folder / "true_diffuse" / name)
+
+
+def _copy(source: Path, target: Path) -> None:
+    if source.is_file():
+        if source.suffix in SUFFIXES:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, target)
+        return
+    for inner in sorted(source.iterdir()):
+        if inner.name != "__pycache__":
+            _copy(inner, target / inner.name)
+
+
+def template(job: Job) -> dict[str, Any]:
+    """Return the job's template."""
+    chunked = any(one["type"] == "CHUNK[INT]" for step in job.steps for one in step.parameters)
+    steps = []
+    for step, before in zip(job.steps, (None, *job.steps), strict=False):
+        parameters = {"parameterSpace": {"taskParameterDefinitions": list(step.parameters)}} if step.parameters else {}
+        given = [word for one in step.parameters for word in (f"--{one['name'].lower()}", f"{{{{Task.Param.{one['name']}}}}}")]
+        steps.append(
+            {
+                "name": step.name,
+                "description": step.description,
+                **({"dependencies": [{"dependsOn": before.name}]} if before else {}),
+                **parameters,
+                "script": {"actions": {"onRun": _action(step.name, [*OUTPUT, *SESSION, *PATHS, *BLENDER, *given])}},
+            }
+        )
+    keep = {
+        "name": "Blender",
+        "description": "One Blender for all tasks of a session: started once, a scene built once for all its tasks",
+        "script": {
+            "actions": {
+                "onEnter": _action("begin", [*SESSION, *PATHS, *BLENDER], BEGIN_SECONDS),
+                "onExit": _action("end", SESSION, END_SECONDS),
+            }
+        },
+    }
+    return {
+        "specificationVersion": "jobtemplate-2023-09",
+        **({"extensions": ["TASK_CHUNKING"]} if chunked else {}),
+        "name": job.name,
+        "description": job.description,
+        "parameterDefinitions": [
+            _path("JobDir", "IN", ".", "This bundle"),
+            _path("OutputDir", "OUT", "output", "Where results go"),
+            {"name": "Python", "type": "STRING", "default": job.python, "description": "Python 3.13 that runs the tasks"},
+            {
+                "name": "Blender",
+                "type": "STRING",
+                "default": job.blender,
+                "description": "Blender to render with; nothing for the module bpy of Python",
+            },
+        ],
+        "jobEnvironments": [keep],
+        "steps": steps,
+    }
+
+
+OUTPUT = ["--out", "{{Param.OutputDir}}"]
+BLENDER = ["--blender", "{{Param.Blender}}"]
+
+
+def _path(name: str, flow: str, default: str, description: str) -> dict[str, str]:
+    return {
+        "name": name,
+        "type": "PATH",
+        "objectType": "DIRECTORY",
+        "dataFlow": flow,
+        "default": default,
+        "description": description,
+    }
+
+
+def _action(command: str, arguments: Sequence[str], timeout: int | None = None) -> dict[str, Any]:
+    script = "{{Param.JobDir}}/true_diffuse/scripts/task.py"
+    action = {"command": "{{Param.Python}}", "args": [script, command, "{{Param.JobDir}}", *arguments]}
+    return action if timeout is None else {**action, "timeout": timeout}
+
+
+def yaml(value: Any, indent: int = 0) -> str:  # noqa: ANN401 - whatever JSON holds
+    """Return what JSON can hold as YAML to read, in blocks; lists of plain values on one line."""
+    pad = " " * indent
+    if isinstance(value, Mapping) and value:
+        return "".join(f"{pad}{name}:{_below(item, indent)}" for name, item in value.items())
+    if isinstance(value, list) and value:
+        items = [yaml(item, indent + 2) if isinstance(item, (Mapping, list)) and item else f"{_scalar(item)}\n" for item in value]
+        return "".join(f"{pad}- {item.lstrip(' ')}" for item in items)
+    return f"{pad}{_scalar(value)}\n"
+
+
+def _below(value: Any, indent: int) -> str:  # noqa: ANN401
+    if isinstance(value, list) and value and not any(isinstance(item, (Mapping, list)) for item in value):
+        line = f" [{', '.join(map(_scalar, value))}]\n"
+        if len(line) < 100:
+            return line
+    if isinstance(value, (Mapping, list)) and value:
+        return f"\n{yaml(value, indent + 2)}"
+    return f" {_scalar(value)}\n"
+
+
+def _scalar(value: Any) -> str:  # noqa: ANN401
+    """Return one value; JSON's text is YAML's, too."""
+    if isinstance(value, str) and PLAIN.fullmatch(value) and value.lower() not in WORDS and not value.endswith(" "):
+        return value
+    return json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Studies as jobs: writes the bundle that compare.py and report.py order with --job, and does its tasks for task.py."""
+
+import sys
+from argparse import ArgumentTypeError
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import checkout  # noqa: F401 - makes this checkout the package true_diffuse
+from console import BadInput, Terminal
+from outputs import Staging
+from true_diffuse.addon.studies.batch import bundle, inputs
+from true_diffuse.addon.studies.batch.results import BatchError, Results
+
+if TYPE_CHECKING:
+    from true_diffuse.addon.engines import Engine
+    from true_diffuse.addon.studies.batch.five import Order
+    from true_diffuse.addon.studies.batch.worker import Show
+
+COLLECT = bundle.Step("collect", "Merge the records, build the pictures and the report; name what is missing or damaged")
+
+
+def frame_list(text: str) -> tuple[int, ...]:
+    """The type of the option --frames."""
+    try:
+        return inputs.frame_numbers(text)
+    except ValueError as error:
+        raise ArgumentTypeError(str(error)) from None
+
+
+def chunk_size(text: str) -> int:
+    """The type of the option --chunk."""
+    if not text.isdecimal() or not 1 <= int(text) <= inputs.MOST_FRAMES:
+        raise ArgumentTypeError(f"{text!r} is not a whole number from 1 to {inputs.MOST_FRAMES}")
+    return int(text)
+
+
+def characters(given: Sequence[str]) -> dict[str, str]:
+    """Return the characters that are `given`, patterns of files among them, by name. Raises BadInput, having looked for all."""
+    from true_diffuse.scenes import character
+
+    try:
+        named = inputs.characters(given, character.INCLUDED)
+        for who in named.values():
+            if who not in character.INCLUDED:
+                character.check_file(who)
+    except (ValueError, character.CharacterError) as error:
+        raise BadInput(str(error)) from error
+    return named
+
+
+def write_job(
+    name: str,
+    description: str,
+    document: Mapping[str, Any],
+    steps: Sequence[bundle.Step],
+    target: tuple[Path, Path | None],
+    staging: Staging,
+    terminal: Terminal,
+) -> None:
+    """Write the bundle of a job, and say how to run it. `target` is its folder and, where one is asked for, that of the results."""
+    folder, output = target
+    if [path for path in folder.iterdir() if path != staging.folder and path.resolve() != staging.folder]:
+        raise BadInput(f"job folder {folder} exists and is not empty")
+    files = [who for who in document["order"].get("characters", {}).values() if Path(who).is_absolute()]
+    job = bundle.Job(name, description, document, [*steps, COLLECT], files, sys.executable, _blender())
+    try:
+        bundle.write(job, staging.folder, output.absolute() if output else None)
+    except OSError as error:
+        raise BadInput(f"cannot write to job folder {folder}: {error.strerror}") from error
+    staging.publish()
+    given = f" -p OutputDir={output.absolute()}" if output else ""
+    terminal.say(f"Wrote the job to {folder}. To run it here: openjd run {folder / 'template.yaml'}{given}")
+
+
+def _blender() -> str:
+    """Return the Blender that this is, "" where it is Python's module bpy."""
+    import bpy
+
+    return bpy.app.binary_path
+
+
+def five_steps(order: "Order") -> list[bundle.Step]:
+    """Return the steps before collect of the five-character comparison."""
+    parameters: list[dict[str, Any]] = [{"name": "Character", "type": "INT", "range": f"0-{len(order.characters) - 1}"}]
+    frames = [frame for frame in order.frames if frame is not None]
+    if frames:
+        chunks = {"defaultTaskCount": order.chunk, "rangeConstraint": "NONCONTIGUOUS"}
+        parameters.append({"name": "Frame", "type": "CHUNK[INT]", "range": inputs.frame_range(frames), "chunks": chunks})
+    parameters.append({"name": "Engine", "type": "STRING", "range": list(order.engines)})
+    parameters.append({"name": "Look", "type": "STRING", "range": list(order.looks)})
+    return [bundle.Step("render", "Render the picture of a character's five looks, or measure one of them", parameters)]
+
+
+class FiveJob:
+    """Who does the tasks of a five-character comparison."""
+
+    def __init__(self, document: Mapping[str, Any], usable: Sequence["Engine"]) -> None:
+        from true_diffuse.addon.studies.batch.five import Five, Order
+
+        self.options = document["options"]
+        self.order = Order.unpacked(document["order"])
+        self.five = Five(self.order, usable)
+
+    def do(self, step: str, given: Mapping[str, str], results: Results, show: "Show") -> None:
+        """Do the parts that `given` chooses; raises BatchError."""
+        from true_diffuse.addon.studies.batch.worker import Told
+
+        names = list(self.order.characters)
+        try:
+            character = names[int(given["character"])] if "character" in given else None
+            frames = inputs.frame_numbers(given["frame"]) if "frame" in given else self.order.frames
+        except (ValueError, IndexError) as error:
+            raise BatchError(f"no such task: {error}") from error
+        chosen = [
+            [
+                part
+                for part in chunk
+                if character in (None, part.character)
+                and part.frame in frames
+                and given.get("engine", part.engine) == part.engine
+                and given.get("look", part.look) == part.look
+            ]
+            for chunk in self.order.chunks()
+        ]
+        if not any(chosen):
+            raise BatchError(f"no such task: {', '.join(f'{name} {value}' for name, value in given.items())}")
+        told = Told(sum(part.work for parts in chosen for part in parts), show)
+        for parts in filter(None, chosen):
+            self.five.do(parts, results, told)
+
+    def collect(self, results: Results, staging: Staging) -> list[str]:
+        """Write what the parts came to; returns what to say of it. Raises BatchError, BadInput."""
+        from true_diffuse.addon.studies.batch.five import collect
+
+        found = collect(self.order, results, staging.folder)
+        staging.write_json("compare.json", {**found.document, "options": self.options})
+        written = staging.publish()
+        return [f"Wrote {len(found.records)} records and {len(written) - 1} pictures to {staging.target}"]
