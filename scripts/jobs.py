@@ -4,6 +4,7 @@
 import sys
 from argparse import ArgumentTypeError
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,9 +17,10 @@ from true_diffuse.addon.studies.batch.results import BatchError, Results
 if TYPE_CHECKING:
     from true_diffuse.addon.engines import Engine
     from true_diffuse.addon.studies.batch.five import Order
+    from true_diffuse.addon.studies.batch.report import Order as ReportOrder
     from true_diffuse.addon.studies.batch.worker import Show
 
-COLLECT = bundle.Step("collect", "Merge the records, build the pictures and the report; name what is missing or damaged")
+COLLECT = "Merge the records, build the pictures and the report; name what is missing or damaged"
 
 
 def frame_list(text: str) -> tuple[int, ...]:
@@ -64,7 +66,8 @@ def write_job(
     if [path for path in folder.iterdir() if path != staging.folder and path.resolve() != staging.folder]:
         raise BadInput(f"job folder {folder} exists and is not empty")
     files = [who for who in document["order"].get("characters", {}).values() if Path(who).is_absolute()]
-    job = bundle.Job(name, description, document, [*steps, COLLECT], files, sys.executable, _blender())
+    collect = bundle.Step("collect", "collect", COLLECT, after=[step.name for step in steps if step.command == "render"])
+    job = bundle.Job(name, description, document, [*steps, collect], files, sys.executable, _blender())
     try:
         bundle.write(job, staging.folder, output.absolute() if output else None)
     except OSError as error:
@@ -90,7 +93,7 @@ def five_steps(order: "Order") -> list[bundle.Step]:
         parameters.append({"name": "Frame", "type": "CHUNK[INT]", "range": inputs.frame_range(frames), "chunks": chunks})
     parameters.append({"name": "Engine", "type": "STRING", "range": list(order.engines)})
     parameters.append({"name": "Look", "type": "STRING", "range": list(order.looks)})
-    return [bundle.Step("render", "Render the picture of a character's five looks, or measure one of them", parameters)]
+    return [bundle.Step("render", "render", "Render the picture of a character's five looks, or measure one of them", parameters)]
 
 
 class FiveJob:
@@ -138,3 +141,90 @@ class FiveJob:
         staging.write_json("compare.json", {**found.document, "options": self.options})
         written = staging.publish()
         return [f"Wrote {len(found.records)} records and {len(written) - 1} pictures to {staging.target}"]
+
+
+def report_steps(order: "ReportOrder") -> list[bundle.Step]:
+    """Return the steps before collect of the study of error against run time: a task for all sample counts of a contestant."""
+    from true_diffuse.addon.studies.batch.report import HOMES, REFERENCE_SEEDS, REFERENCED, SHADERS
+
+    steps = []
+    for scene in order.scenes:
+        several: list[dict[str, Any]] = []
+        if len(order.of_scene(scene)) > 1:
+            several = [{"name": "Character", "type": "INT", "range": f"0-{len(order.characters) - 1}"}]
+        fixed, first = ("--scene", scene), []
+        if scene in REFERENCED:
+            seeds = [*several, {"name": "Seed", "type": "INT", "range": list(REFERENCE_SEEDS)}]
+            text = "Render what the others are held against, with random numbers of its own each"
+            steps.append(bundle.Step(f"reference {scene}", "reference", text, seeds, fixed=fixed))
+            first = [steps[-1].name]
+        engines, labels = zip(*order.cast(scene), strict=True)
+        pairs = [
+            {"name": "Engine", "type": "STRING", "range": list(engines)},
+            {"name": "Contestant", "type": "STRING", "range": list(labels)},
+        ]
+        combination = " * ".join([*(one["name"] for one in several), "(Engine, Contestant)"])
+        text = "Render a contestant with all of its sample counts"
+        steps.append(bundle.Step(f"render {scene}", "render", text, [*several, *pairs], combination, fixed, first))
+    if order.hard:
+        parameters = [{"name": "Engine", "type": "STRING", "range": [key for key in HOMES if key in order.engines]}]
+        text = "Hold GLSL and OSL against the formulas in all digits"
+        steps.append(bundle.Step(f"render {SHADERS}", "render", text, parameters, fixed=("--scene", SHADERS)))
+    return steps
+
+
+def _share(show: "Show", done: int, parts: int, percent: float, text: str) -> None:
+    """Show how far a part is as a share of all, `done` of which are before it."""
+    show((100.0 * done + percent) / parts, text)
+
+
+class ReportJob:
+    """Who does the tasks of the study of error against run time."""
+
+    def __init__(self, document: Mapping[str, Any], usable: Sequence["Engine"]) -> None:
+        import report
+        from true_diffuse.addon.studies.batch.report import Order, Study
+
+        self.order = Order.unpacked(document["order"])
+        self.study = Study(self.order, usable, report.hard_inputs)
+
+    def do(self, step: str, given: Mapping[str, str], results: Results, show: "Show") -> None:
+        """Do the parts that `given` chooses; raises BatchError."""
+        from true_diffuse.addon.studies.batch.worker import Told
+
+        names = list(self.order.characters)
+        try:
+            character = names[int(given["character"])] if "character" in given else None
+        except (ValueError, IndexError) as error:
+            raise BatchError(f"no such task: {error}") from error
+        chosen = [
+            part
+            for part in self.order.parts()
+            if (step == "render" or part.seed)
+            and given.get("scene", part.scene) == part.scene
+            and character in (None, part.character)
+            and given.get("engine", part.engine) == part.engine
+            and given.get("contestant", part.label) == part.label
+            and given.get("seed", str(part.seed)) == str(part.seed)
+        ]
+        if not chosen:
+            raise BatchError(f"no such task: {', '.join(f'{name} {value}' for name, value in given.items())}")
+        for done, part in enumerate(chosen):
+            whole = partial(_share, show, done, len(chosen))
+            self.study.do(part, results, lambda work, whole=whole: Told(work, whole))
+
+    def collect(self, results: Results, staging: Staging) -> list[str]:
+        """Write what the parts came to; returns what to say of it. Raises BatchError, BadInput."""
+        import report
+        from true_diffuse.addon.studies.batch.report import collect
+
+        said = []
+        for name, one in collect(self.order, results).items():
+            asked = report.asked_for(self.order.quick, self.order.engines, self.order.scenes, name)
+            made = {"environment": one.environment, "options": asked}
+            if one.environments:
+                made["environments"] = one.environments
+            prefix = f"{name}_" if len(self.order.characters) > 1 else ""
+            said += [f"{prefix}{line}" for line in report.write(made, one.notes, prefix, staging)]
+        written = staging.publish()
+        return [*said, f"Wrote {', '.join(written)} to {staging.target}"]

@@ -169,6 +169,10 @@ class Plain(Terminal):
 def server(options: Namespace, terminal: Terminal) -> "Callable[[Request, Show], list[str]]":
     """Start Blender and return what does requests."""
     document, job = read_job(options)
+    if document["study"] == "report":
+        from report import NO_SHADER_CACHE
+
+        os.environ.update(NO_SHADER_CACHE)
     usable = start_blender(document["order"]["engines"], terminal)
     study = studies()[document["study"]](document, usable)
 
@@ -216,9 +220,9 @@ def mapped(path: str, rules: list[dict[str, str]]) -> str:
 
 def studies() -> "dict[str, Callable[[dict[str, Any], list[Engine]], Any]]":
     """Return the studies that can be a job, by name."""
-    from jobs import FiveJob
+    from jobs import FiveJob, ReportJob
 
-    return {"five": FiveJob}
+    return {"five": FiveJob, "report": ReportJob}
 
 
 COMMANDS: dict[str, Callable[[Namespace], None]] = {

@@ -26,11 +26,18 @@ WORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}  # which Y
 
 @dataclass(frozen=True)
 class Step:
-    """A step of a job: a task for each combination of its `parameters`, which follows on the one before it."""
+    """A step of a job: a task for each combination of its `parameters`, as `combination` says or all with all.
+
+    It is what scripts/task.py does by `command` with the arguments `fixed`, once the steps `after` are done.
+    """
 
     name: str
+    command: str
     description: str
     parameters: Sequence[Mapping[str, Any]] = ()
+    combination: str = ""
+    fixed: Sequence[str] = ()
+    after: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -77,19 +84,6 @@ def _copy(source: Path, target: Path) -> None:
 def template(job: Job) -> dict[str, Any]:
     """Return the job's template."""
     chunked = any(one["type"] == "CHUNK[INT]" for step in job.steps for one in step.parameters)
-    steps = []
-    for step, before in zip(job.steps, (None, *job.steps), strict=False):
-        parameters = {"parameterSpace": {"taskParameterDefinitions": list(step.parameters)}} if step.parameters else {}
-        given = [word for one in step.parameters for word in (f"--{one['name'].lower()}", f"{{{{Task.Param.{one['name']}}}}}")]
-        steps.append(
-            {
-                "name": step.name,
-                "description": step.description,
-                **({"dependencies": [{"dependsOn": before.name}]} if before else {}),
-                **parameters,
-                "script": {"actions": {"onRun": _action(step.name, [*OUTPUT, *SESSION, *PATHS, *BLENDER, *given])}},
-            }
-        )
     keep = {
         "name": "Blender",
         "description": "One Blender for all tasks of a session: started once, a scene built once for all its tasks",
@@ -117,7 +111,21 @@ def template(job: Job) -> dict[str, Any]:
             },
         ],
         "jobEnvironments": [keep],
-        "steps": steps,
+        "steps": [_step(step) for step in job.steps],
+    }
+
+
+def _step(step: Step) -> dict[str, Any]:
+    space: dict[str, Any] = {"taskParameterDefinitions": list(step.parameters)}
+    if step.combination:
+        space["combination"] = step.combination
+    given = [word for one in step.parameters for word in (f"--{one['name'].lower()}", f"{{{{Task.Param.{one['name']}}}}}")]
+    return {
+        "name": step.name,
+        "description": step.description,
+        **({"dependencies": [{"dependsOn": name} for name in step.after]} if step.after else {}),
+        **({"parameterSpace": space} if step.parameters else {}),
+        "script": {"actions": {"onRun": _action(step.command, [*OUTPUT, *SESSION, *PATHS, *BLENDER, *step.fixed, *given])}},
     }
 
 

@@ -22,7 +22,7 @@ from ...leave_out.simplify import Finding, restore, simplify
 from ...measure.record import Progress, Record
 from ...nodes import ROUGH_DIFFUSE, lamps
 from .. import five, pictures
-from ..environment import environment
+from ..environment import environment, merged
 from .results import BatchError, Results
 
 PICTURE = "picture"  # beside the looks' names
@@ -243,14 +243,7 @@ def collect(order: Order, results: Results, folder: Path) -> Collected:
         five.write_error_map(error_map, ENGINES[shown.engine].label, order.resolution, patches)
     found = {part: results.record(part.name) for part in order.parts()}
     records = [record["measured"] for part, record in found.items() if part.look != PICTURE]
-    devices: dict[str, str] = {}
-    machines: list[Record] = []
-    for record in found.values():
-        machine = {name: value for name, value in record["environment"].items() if name != "devices"}
-        devices |= record["environment"]["devices"]
-        if machine not in machines:
-            machines.append(machine)
-    return Collected(records, machines[0] | {"devices": devices}, machines if len(machines) > 1 else [])
+    return Collected(records, *merged([record["environment"] for record in found.values()]))
 
 
 def _copy(source: Path, target: Path) -> None:

@@ -2,6 +2,7 @@
 """What a batch is made of, as people write it: characters with patterns of files, frames as ranges. No bpy."""
 
 import glob
+import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -48,11 +49,11 @@ def characters(given: Sequence[str], included: Sequence[str]) -> dict[str, str]:
         if each in included:
             found.append(each)
         elif Path(each).exists() or not glob.has_magic(each):
-            found.append(str(Path(each).absolute()))
+            found.append(_full(Path(each)))
         else:
             start = Path(each).anchor
             paths = Path(start or ".").glob(each.removeprefix(start))
-            matching = sorted(str(path.absolute()) for path in paths if path.is_file())
+            matching = sorted(_full(path) for path in paths if path.is_file())
             if not matching:
                 raise ValueError(f"no file matches {each}")
             found += matching
@@ -64,3 +65,7 @@ def characters(given: Sequence[str], included: Sequence[str]) -> dict[str, str]:
             name, again = f"{stem}_{again}", again + 1
         named[name] = who
     return named
+
+
+def _full(path: Path) -> str:
+    return os.path.normpath(path.absolute())
