@@ -21,6 +21,7 @@ SESSION = ["--session", "{{Session.WorkingDirectory}}"]
 PATHS = ["--path-mapping", "{{Session.PathMappingRulesFile}}"]
 BEGIN_SECONDS, END_SECONDS = 600, 60
 PLAIN = re.compile(r"[A-Za-z][\w /.-]*")  # text that YAML takes for nothing else
+UNPRINTABLE = re.compile("[\x7f-\x9f\u2028\u2029\ud800-\udfff\ufeff\ufffe\uffff]")
 WORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}  # which YAML does
 
 
@@ -150,8 +151,8 @@ def _action(command: str, arguments: Sequence[str], timeout: int | None = None) 
     return action if timeout is None else {**action, "timeout": timeout}
 
 
-def yaml(value: Any, indent: int = 0) -> str:  # noqa: ANN401 - whatever JSON holds
-    """Return what JSON can hold as YAML to read, in blocks; lists of plain values on one line."""
+def yaml(value: Any, indent: int = 0) -> str:  # noqa: ANN401 - any of those
+    """Return maps, lists, text, whole numbers and truth values as YAML to read, in blocks; short lists on one line."""
     pad = " " * indent
     if isinstance(value, Mapping) and value:
         return "".join(f"{pad}{name}:{_below(item, indent)}" for name, item in value.items())
@@ -172,7 +173,7 @@ def _below(value: Any, indent: int) -> str:  # noqa: ANN401
 
 
 def _scalar(value: Any) -> str:  # noqa: ANN401
-    """Return one value; JSON's text is YAML's, too."""
+    """Return one value; JSON's text is YAML's, too, but for what YAML wants escaped."""
     if isinstance(value, str) and PLAIN.fullmatch(value) and value.lower() not in WORDS and not value.endswith(" "):
         return value
-    return json.dumps(value, ensure_ascii=False)
+    return UNPRINTABLE.sub(lambda found: f"\\u{ord(found[0]):04x}", json.dumps(value, ensure_ascii=False))

@@ -69,7 +69,7 @@ def serve(session: Path, keeper: int, do: Callable[[Request, Show], list[str]]) 
             except TimeoutError:
                 continue
             client.settimeout(None)
-            with client, client.makefile("rw", encoding="utf-8") as stream, suppress(OSError, ValueError):
+            with suppress(OSError, ValueError), client, client.makefile("rw", encoding="utf-8") as stream:
                 _answer(stream, word, do)
             last = time.monotonic()
 
