@@ -174,6 +174,14 @@ def leave_out(_options: Namespace, engines: list["Engine"], terminal: Terminal) 
         return told(terminal, work, measure, "What leaving out saves, before -> after", study.table)
 
 
+def animation(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
+    """Hold keyed frames against stills of their values, and what noise flickers between frames against the noise."""
+    from true_diffuse.addon.studies import animation as study
+
+    work, measure = study.work(engines), partial(study.records, engines, options.samples, SIZE // 2)
+    return told(terminal, work, measure, "Frames of a film: difference from stills, noise, flicker", study.table)
+
+
 def check_usd(file: Path) -> list["Record"]:
     """Return what check_usd.py finds, in a process without Blender's copies of OpenUSD and MaterialX."""
     command = [sys.executable, str(Path(__file__).with_name("check_usd.py")), "--json", str(file)]
@@ -194,6 +202,7 @@ MEASURES: dict[str, Measure] = {
     "subsurface": subsurface,
     "usd": usd,
     "leave-out": leave_out,
+    "animation": animation,
 }
 
 
