@@ -66,7 +66,7 @@ def write_job(
     if [path for path in folder.iterdir() if path != staging.folder and path.resolve() != staging.folder]:
         raise BadInput(f"job folder {folder} exists and is not empty")
     files = [who for who in document["order"].get("characters", {}).values() if Path(who).is_absolute()]
-    collect = bundle.Step("collect", "collect", COLLECT, after=[step.name for step in steps if step.command == "render"])
+    collect = bundle.Step("collect", "collect", COLLECT, after=[step.name for step in steps if not _is_waited_for(step, steps)])
     job = bundle.Job(name, description, document, [*steps, collect], files, sys.executable, _blender())
     try:
         bundle.write(job, staging.folder, output.absolute() if output else None)
@@ -77,6 +77,10 @@ def write_job(
     terminal.say(f"Wrote the job to {folder}. To run it here: openjd run {folder / 'template.yaml'}{given}")
 
 
+def _is_waited_for(step: bundle.Step, steps: Sequence[bundle.Step]) -> bool:
+    return any(step.name in other.after for other in steps)
+
+
 def _blender() -> str:
     """Return the Blender that this is, "" where it is Python's module bpy."""
     import bpy
@@ -85,15 +89,24 @@ def _blender() -> str:
 
 
 def five_steps(order: "Order") -> list[bundle.Step]:
-    """Return the steps before collect of the five-character comparison."""
+    """Return the steps before collect of the five-character comparison.
+
+    The error maps are a step of their own: drawn by collect, one after the other, they would take longer than a farm's renders.
+    """
+    from true_diffuse.addon.studies.batch.five import ERROR_MAP
+
     parameters: list[dict[str, Any]] = [{"name": "Character", "type": "INT", "range": f"0-{len(order.characters) - 1}"}]
     frames = [frame for frame in order.frames if frame is not None]
     if frames:
         chunks = {"defaultTaskCount": order.chunk, "rangeConstraint": "NONCONTIGUOUS"}
         parameters.append({"name": "Frame", "type": "CHUNK[INT]", "range": inputs.frame_range(frames), "chunks": chunks})
     parameters.append({"name": "Engine", "type": "STRING", "range": list(order.engines)})
-    parameters.append({"name": "Look", "type": "STRING", "range": list(order.looks)})
-    return [bundle.Step("render", "render", "Render the picture of a character's five looks, or measure one of them", parameters)]
+    looks = {"name": "Look", "type": "STRING", "range": list(order.looks)}
+    text, drawn = "Render the picture of a character's five looks, or measure one of them", "Draw the error of the five looks"
+    return [
+        bundle.Step("render", "render", text, [*parameters, looks]),
+        bundle.Step("map", "render", drawn, parameters, fixed=("--look", ERROR_MAP), after=["render"]),
+    ]
 
 
 class FiveJob:

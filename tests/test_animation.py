@@ -29,6 +29,6 @@ def test_keyed_frames_are_the_stills_of_their_values(mode: str, engine) -> None:
 @pytest.mark.render
 def test_noise_does_not_flicker(engine) -> None:
     seen = animation.flicker("Lobes", engine, samples=4, size=32)
-    assert seen.noise > 0.005  # there is some
-    assert seen.still <= 1e-6
-    assert seen.moving < 0.5 * seen.noise
+    assert seen.noise > 1e-4  # there is some: of a sphere that shades none but itself, in EEVEE little
+    assert seen.still == 0.0  # the same random numbers in every frame
+    assert 0.0 < seen.moving < seen.noise

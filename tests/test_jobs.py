@@ -122,7 +122,7 @@ def test_bundle_passes_open_job_descriptions_checks(tmp_path: Path) -> None:
     summary = openjd("summary", job / "template.yaml", "--output", "json", cwd=tmp_path)
     steps = {step["name"]: step["total_tasks"] for step in json.loads(summary.stdout)["steps"]}
     # 3 characters, 20 frames, 2 engines, the picture and 5 looks; the frames go in chunks of 8
-    assert steps == {"render": 3 * 20 * 2 * 6, "collect": 1}
+    assert steps == {"render": 3 * 20 * 2 * 6, "map": 3 * 20 * 2, "collect": 1}
     template = decode_job_template(
         template=yaml.safe_load((job / "template.yaml").read_text()), supported_extensions=["TASK_CHUNKING"]
     )
@@ -155,7 +155,7 @@ def test_whole_job_gives_what_one_run_gives(tmp_path: Path, at_once: list[dict[s
     job = ordered(tmp_path, *SMALL)
     result = openjd("run", job / "template.yaml", "--output", "json", cwd=tmp_path)
     assert result.returncode == 0, result.stdout[-2000:] + result.stderr
-    assert json.loads(result.stdout)["chunks_run"] == 6 + 1
+    assert json.loads(result.stdout)["chunks_run"] == 6 + 1 + 1
     assert records(job / "output") == at_once
     written = sorted(path.name for path in (job / "output").iterdir())
     assert written == ["compare.json", "error_cycles.png", "five_cycles.exr", "five_cycles.png", "parts"]
@@ -179,7 +179,8 @@ def test_two_sessions_one_killed_and_run_again_give_what_one_run_gives(tmp_path:
 
     assert subprocess.run([*run, shares[0]], stdout=subprocess.DEVNULL, check=False).returncode == 0
     assert first.read_bytes() == kept  # was done, and is not done again
-    collected = openjd("run", job / "template.yaml", "--step", "collect", "--no-run-dependencies", cwd=tmp_path)
+    assert openjd("run", job / "template.yaml", "--step", "map", cwd=tmp_path).returncode == 0
+    collected = openjd("run", job / "template.yaml", "--step", "collect", cwd=tmp_path)
     assert collected.returncode == 0, collected.stdout[-2000:]
     assert records(job / "output") == at_once
 
@@ -240,7 +241,7 @@ def test_collect_names_what_is_missing_or_damaged(done: Path) -> None:
 def test_results_of_another_job_do_not_count(done: Path, tmp_path: Path) -> None:
     job = ordered(tmp_path, *SMALL, "--sigma", "0.2", "--frames", "1-2", "--albedo", "0.5")
     result = script("task.py", "collect", job, "--out", done / "output", cwd=tmp_path)
-    assert result.returncode == 1 and result.stdout.count("is of another job") == 2 * 4
+    assert result.returncode == 1 and result.stdout.count("is of another job") == 2 * 5
 
 
 @pytest.mark.render

@@ -25,7 +25,8 @@ from .. import five, pictures
 from ..environment import environment, merged
 from .results import BatchError, Results
 
-PICTURE = "picture"  # beside the looks' names
+PICTURE, ERROR_MAP = "picture", "error_map"  # beside the looks' names
+MAP_WORK = 1.0
 CHUNK = 8
 
 type Frame = int | None  # None is the frame that a file was saved at
@@ -70,14 +71,19 @@ class Order:
     @property
     def looks(self) -> tuple[str, ...]:
         """The picture of all, and the looks that are measured."""
-        return (PICTURE, *(look.name for look in five_characters.looks(self.sigmas)))
+        return (PICTURE, *self.measured)
+
+    @property
+    def measured(self) -> tuple[str, ...]:
+        """The looks that are measured."""
+        return tuple(look.name for look in five_characters.looks(self.sigmas))
 
     def parts(self) -> Iterator["Part"]:
-        """Yield all parts: by character, frame, engine, look."""
+        """Yield all parts: by character, frame, engine, look; last the error map, which is made of what the looks came to."""
         for character in self.characters:
             for frame in self.frames:
                 for engine in self.engines:
-                    for look in self.looks:
+                    for look in (*self.looks, ERROR_MAP):
                         yield Part(character, frame, engine, look)
 
     def chunks(self) -> Iterator[list["Part"]]:
@@ -85,7 +91,8 @@ class Order:
         for character in self.characters:
             for first in range(0, len(self.frames), self.chunk):
                 frames = self.frames[first : first + self.chunk]
-                yield [Part(character, frame, engine, look) for engine in self.engines for frame in frames for look in self.looks]
+                looks = (*self.looks, ERROR_MAP)
+                yield [Part(character, frame, engine, look) for engine in self.engines for frame in frames for look in looks]
 
     def pictures(self) -> Iterator["Part"]:
         """Yield the parts that are pictures."""
@@ -99,8 +106,8 @@ class Order:
     def work(self) -> float:
         """Return the work of all, in the units that `Five` reports to a `Progress`."""
         scenes = len(self.characters) * len(self.frames)
-        looks = len(self.looks) - 1
-        each = pictures.PICTURE_WORK + five.MEASUREMENT_WORK * looks
+        looks = len(self.measured)
+        each = pictures.PICTURE_WORK + five.MEASUREMENT_WORK * looks + MAP_WORK
         return scenes * (len(self.engines) * each + five.MEASUREMENT_WORK * looks)
 
 
@@ -122,7 +129,7 @@ class Part:
     @property
     def work(self) -> float:
         """The most work that `Five` reports of it to a `Progress`."""
-        return pictures.PICTURE_WORK if self.look == PICTURE else 2.0 * five.MEASUREMENT_WORK
+        return {PICTURE: pictures.PICTURE_WORK, ERROR_MAP: MAP_WORK}.get(self.look, 2.0 * five.MEASUREMENT_WORK)
 
 
 class Five:
@@ -147,9 +154,12 @@ class Five:
             if results.has(part.name):
                 continue
             engine = ENGINES[part.engine]
-            if engine not in self.usable:
-                raise BatchError(f"{engine.label} does not run on this machine")
             try:
+                if part.look == ERROR_MAP:
+                    results.keep(part.name, *self._error_map(part, engine, results, progress))
+                    continue
+                if engine not in self.usable:
+                    raise BatchError(f"{engine.label} does not run on this machine")
                 self._prepare(part, [other.frame for other in parts], engine)
                 record, files = self._picture(engine, progress) if part.look == PICTURE else self._measured(part, engine, progress)
             except (characters.CharacterError, OSError, RuntimeError) as error:
@@ -214,6 +224,17 @@ class Five:
         found = {"character": part.character, "frame": part.frame, **five.record(one, self.order.albedo)}
         return {"measured": found}, {"patch": five.patch(self.stage, one).packed()}
 
+    def _error_map(self, part: Part, engine: Engine, results: Results, progress: Progress) -> tuple[Record, dict[str, bytes]]:
+        patches = []
+        with progress.step(f"Error map  {engine.label}", MAP_WORK), tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder:
+            for look in self.order.measured:
+                name = replace(part, look=look).name
+                results.record(name)
+                patches.append(five.Patch.unpacked(results.file(name, "patch").read_bytes()))
+            path = Path(folder) / "error.png"
+            five.write_error_map(path, engine.label, self.order.resolution, patches)
+            return {}, {"png": path.read_bytes()}
+
 
 @dataclass(frozen=True)
 class Collected:
@@ -233,17 +254,14 @@ class Collected:
 
 def collect(order: Order, results: Results, folder: Path) -> Collected:
     """Write all pictures and error maps into `folder`, and return the rest; raises Incomplete where parts are not there whole."""
-    results.check(part.name for part in order.parts())
+    found = results.records(part.name for part in order.parts())
     for shown in order.pictures():
         for suffix in ("png", "exr"):
             _copy(results.file(shown.name, suffix), folder / f"{order.prefix(shown)}five_{shown.engine}.{suffix}")
-        names = [replace(shown, look=look).name for look in order.looks if look != PICTURE]
-        patches = [five.Patch.unpacked(results.file(name, "patch").read_bytes()) for name in names]
-        error_map = folder / f"{order.prefix(shown)}error_{shown.engine}.png"
-        five.write_error_map(error_map, ENGINES[shown.engine].label, order.resolution, patches)
-    found = {part: results.record(part.name) for part in order.parts()}
-    records = [record["measured"] for part, record in found.items() if part.look != PICTURE]
-    return Collected(records, *merged([record["environment"] for record in found.values()]))
+        error_map = results.file(replace(shown, look=ERROR_MAP).name, "png")
+        _copy(error_map, folder / f"{order.prefix(shown)}error_{shown.engine}.png")
+    records = [record["measured"] for record in found if "measured" in record]
+    return Collected(records, *merged([record["environment"] for record in found if "environment" in record]))
 
 
 def _copy(source: Path, target: Path) -> None:

@@ -170,6 +170,7 @@ class Study:
             for seed in REFERENCE_SEEDS:
                 picture = array("f")
                 reference = Part(part.scene, part.character, CYCLES.key, seed=seed)
+                results.record(reference.name)
                 picture.frombytes(results.file(reference.name, "f32").read_bytes())
                 notes.keep_picture(run.reference_name(stage, seed), picture)
         left = run.Part(stage, units, [], [units[0].contestant])
@@ -187,8 +188,8 @@ class Collected:
 
 def collect(order: Order, results: Results) -> dict[str, Collected]:
     """Return what the parts come to, by character; raises Incomplete where parts are missing or damaged."""
-    results.check(part.name for part in order.parts())
-    found = {part: results.record(part.name) for part in order.parts()}
+    parts = list(order.parts())
+    found = dict(zip(parts, results.records(part.name for part in parts), strict=True))
     collected = {}
     for character in order.characters:
         notes = Notes()

@@ -55,22 +55,21 @@ class Results:
     def record(self, name: str) -> Record:
         """Return the record of a part; raises BatchError where it is missing or damaged, or one of its files is."""
         record, files = self._read(name)
-        for suffix in files:
-            self.file(name, suffix)
+        for file in files.values():
+            path = (self.folder / name).with_name(file["name"])
+            try:
+                with path.open("rb") as opened:
+                    digest = hashlib.file_digest(opened, "sha256").hexdigest()
+            except OSError as error:
+                raise BatchError(f"{name}: {path.name} cannot be read: {error.strerror}") from None
+            if digest != file["sha256"]:
+                raise BatchError(f"{name}: {path.name} is damaged")
         return record
 
     def file(self, name: str, suffix: str) -> Path:
-        """Return the path of a file of a part; raises BatchError where it is missing or damaged."""
+        """Return the path of a file of a part whose record is whole; raises BatchError where there is no record."""
         _, files = self._read(name)
-        path = (self.folder / name).with_name(files[suffix]["name"])
-        try:
-            with path.open("rb") as opened:
-                digest = hashlib.file_digest(opened, "sha256").hexdigest()
-        except OSError as error:
-            raise BatchError(f"{name}: {path.name} cannot be read: {error.strerror}") from None
-        if digest != files[suffix]["sha256"]:
-            raise BatchError(f"{name}: {path.name} is damaged")
-        return path
+        return (self.folder / name).with_name(files[suffix]["name"])
 
     def has(self, name: str) -> bool:
         """Return whether a part is done and whole."""
@@ -79,16 +78,17 @@ class Results:
             return True
         return False
 
-    def check(self, names: Iterable[str]) -> None:
-        """Raise Incomplete where one of these parts is missing or damaged."""
-        problems = []
+    def records(self, names: Iterable[str]) -> list[Record]:
+        """Return the records of these parts; raises Incomplete where one is missing or damaged, or a file of it is."""
+        found, problems = [], []
         for name in names:
             try:
-                self.record(name)
+                found.append(self.record(name))
             except BatchError as error:
                 problems.append(str(error))
         if problems:
             raise Incomplete(problems)
+        return found
 
     def _read(self, name: str) -> tuple[Record, Mapping[str, Record]]:
         path = self.folder / f"{name}.json"
