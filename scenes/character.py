@@ -31,7 +31,7 @@ def load(character: str) -> bpy.types.Mesh:
     return load_frames(character, (None,))[None]
 
 
-def load_frames[Frame: (int, None)](character: str, frames: Sequence[Frame]) -> dict[Frame, bpy.types.Mesh]:
+def load_frames[Frame: int | None](character: str, frames: Sequence[Frame]) -> dict[Frame, bpy.types.Mesh]:
     """Return the mesh of each of `frames`, as `load` does; None is the frame that a file was saved at.
 
     All are scaled and placed as the first of them, so that a jump stays a jump. Raises CharacterError as `load` does.
@@ -98,7 +98,7 @@ IMPORTERS: dict[str, Callable[[Path], object]] = {
 }
 
 
-def _from_file[Frame: (int, None)](path: Path, frames: Sequence[Frame]) -> dict[Frame, bpy.types.Mesh]:
+def _from_file[Frame: int | None](path: Path, frames: Sequence[Frame]) -> dict[Frame, bpy.types.Mesh]:
     before = {scene: list(scene.objects) for scene in bpy.data.scenes}
     try:
         IMPORTERS[path.suffix.lower()](path)

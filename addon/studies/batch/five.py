@@ -64,9 +64,10 @@ class Order:
     @staticmethod
     def unpacked(record: Record) -> "Order":
         """Return what `packed` made a record of."""
-        tuples = {name: tuple(record[name]) for name in ("frames", "engines", "resolution", "sigmas")}
-        ways = {key: Way(**way) for key, way in record["ways"].items()}
-        return Order(**{**record, **tuples, "ways": ways})
+        values: Record = {**record, "ways": {key: Way(**way) for key, way in record["ways"].items()}}
+        for name in ("frames", "engines", "resolution", "sigmas"):
+            values[name] = tuple(record[name])
+        return Order(**values)
 
     @property
     def looks(self) -> tuple[str, ...]:

@@ -47,7 +47,8 @@ class Order:
     @staticmethod
     def unpacked(record: Record) -> "Order":
         """Return what `packed` made a record of."""
-        return Order(**{**record, "engines": tuple(record["engines"]), "scenes": tuple(record["scenes"])})
+        values: Record = {**record, "engines": tuple(record["engines"]), "scenes": tuple(record["scenes"])}
+        return Order(**values)
 
     def cast(self, scene: str) -> list[tuple[str, str]]:
         """Return engine and label of all that is rendered in a scene, and what is measured beside it."""
