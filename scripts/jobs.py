@@ -148,12 +148,13 @@ class FiveJob:
 
     def collect(self, results: Results, staging: Staging) -> list[str]:
         """Write what the parts came to; returns what to say of it. Raises BatchError, BadInput."""
-        from true_diffuse.addon.studies.batch.five import collect
+        from true_diffuse.addon.studies.batch.five import collect, summary
 
         found = collect(self.order, results, staging.folder)
         staging.write_json("compare.json", {**found.document, "options": self.options})
         written = staging.publish()
-        return [f"Wrote {len(found.records)} records and {len(written) - 1} pictures to {staging.target}"]
+        wrote = f"Wrote {len(found.records)} records and {len(written) - 1} pictures to {staging.target}"
+        return [*summary(found.records), wrote]
 
 
 def report_steps(order: "ReportOrder") -> list[bundle.Step]:

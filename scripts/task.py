@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from true_diffuse.addon.engines import Engine
     from true_diffuse.addon.studies.batch.worker import Request, Show
 
+KEEPER = os.getppid()  # before anything takes long: where it dies meanwhile, there would be another
 PARTS = "parts"  # the folder of the output that tasks write to
 STEPS = ("reference", "render")
 PARAMETERS = ("character", "frame", "engine", "look", "scene", "seed", "contestant")
@@ -92,16 +93,16 @@ def begin(options: Namespace) -> None:
     """Start the Blender of a session."""
     print("openjd_status: Starting Blender", flush=True)
     read_job(options)
-    start(options, os.getppid())
+    start(options)
     print("openjd_progress: 100", flush=True)
 
 
-def start(options: Namespace, keeper: int) -> None:
-    """Start a worker that ends with the process `keeper`."""
+def start(options: Namespace) -> None:
+    """Start a worker that ends with the process that runs the session."""
     here = Path(__file__).resolve()
     command = [options.blender, "--background", "--python", here, "--"] if options.blender else [sys.executable, here]
     mapping = ["--path-mapping", options.path_mapping] if options.path_mapping else []
-    serving = ["serve", options.job, "--session", options.session, "--keeper", str(keeper), *mapping]
+    serving = ["serve", options.job, "--session", options.session, "--keeper", str(KEEPER), *mapping]
     worker.begin(options.session, [*command, *serving])
 
 
@@ -144,7 +145,7 @@ def in_session(options: Namespace, request: "Request", show: "Show") -> list[str
     except ConnectionResetError as error:
         raise BatchError(str(error)) from error
     except ConnectionError:  # it has died before
-        start(options, os.getppid())
+        start(options)
         return worker.ask(options.session, request, show)
 
 

@@ -161,6 +161,57 @@ def test_whole_job_gives_what_one_run_gives(tmp_path: Path, at_once: list[dict[s
     assert written == ["compare.json", "error_cycles.png", "five_cycles.exr", "five_cycles.png", "parts"]
 
 
+@pytest.mark.slow
+@pytest.mark.render
+def test_whole_job_in_both_engines_gives_what_one_run_gives(tmp_path: Path, eevee_runs_here: bool) -> None:
+    if not eevee_runs_here:
+        pytest.skip("EEVEE finds no graphics driver here")
+    both = (*SMALL, "--engine", "eevee,cycles", "--frames", "3,5")
+    assert script("compare.py", *both, "--out", "out", cwd=tmp_path).returncode == 0
+    job = ordered(tmp_path, *both, "--chunk", "1")
+    result = openjd("run", job / "template.yaml", cwd=tmp_path)
+    assert result.returncode == 0, result.stdout[-2000:]
+    assert records(job / "output") == records(tmp_path / "out")
+    assert len(records(job / "output")) == 2 * 2 * 5
+
+
+@pytest.mark.render
+def test_report_job_by_hand(tmp_path: Path) -> None:
+    order = ("--quick", "--engine", "cycles", "--scene", "sphere", "--job", "job")
+    assert script("report.py", *order, cwd=tmp_path).returncode == 0
+    task = ("task.py", "render", "job", "--scene", "sphere", "--engine", "cycles", "--contestant")
+    assert script(*task, "Lambert", cwd=tmp_path).returncode == 0
+    collected = script("task.py", "collect", "job", cwd=tmp_path)
+    assert collected.returncode == 1 and "sphere/cycles_diffuse_bsdf is missing" in collected.stdout
+    assert "sphere/cycles_lambert is missing" not in collected.stdout
+    unknown = script(*task, "Phong", cwd=tmp_path)
+    assert unknown.returncode == 1 and "no such task" in next(fails(unknown.stdout))
+    assert script("task.py", "render", "job", cwd=tmp_path).returncode == 0
+    assert script("task.py", "collect", "job", cwd=tmp_path).returncode == 0
+    document = json.loads((tmp_path / "job" / "output" / "report.json").read_text())
+    floors = {curve["label"]: curve["floor"] for curve in document["curves"]}
+    # as of a report at once: lamps are exact, lobes within 1 %, Lambert off by the model's whole effect
+    assert floors["Rough Diffuse, Lamps"] < 0.001 < floors["Rough Diffuse, Lobes"] < 0.01 < 0.1 < floors["Lambert"]
+    assert (tmp_path / "job" / "output" / "index.html").read_text().count("Rough Diffuse, Lamps") >= 2
+
+
+@pytest.mark.slow
+@pytest.mark.render
+def test_report_job_gives_the_errors_of_one_run(tmp_path: Path) -> None:
+    order = ("--quick", "--engine", "cycles", "--scene", "sphere,five", "--character", "monkey")
+    assert script("report.py", *order, "--out", "out", cwd=tmp_path).returncode == 0
+    assert script("report.py", *order, "--job", "job", cwd=tmp_path).returncode == 0
+    result = openjd("run", "job/template.yaml", cwd=tmp_path)
+    assert result.returncode == 0, result.stdout[-2000:]
+    one, many = (json.loads((tmp_path / place / "report.json").read_text()) for place in ("out", "job/output"))
+
+    def errors(document: dict[str, Any]) -> dict[tuple[str, str], list[tuple[int, float, float]]]:
+        names = ("samples", "error_low", "error_high")
+        return {(c["scene"], c["label"]): [tuple(p[name] for name in names) for p in c["points"]] for c in document["curves"]}
+
+    assert errors(many) == errors(one) and len(errors(one)) > 10
+
+
 @posix
 @pytest.mark.render
 def test_two_sessions_one_killed_and_run_again_give_what_one_run_gives(tmp_path: Path, at_once: list[dict[str, Any]]) -> None:

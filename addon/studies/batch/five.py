@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from statistics import median
 
 import bpy
 
@@ -263,6 +264,19 @@ def collect(order: Order, results: Results, folder: Path) -> Collected:
         _copy(error_map, folder / f"{order.prefix(shown)}error_{shown.engine}.png")
     records = [record["measured"] for record in found if "measured" in record]
     return Collected(records, *merged([record["environment"] for record in found if "environment" in record]))
+
+
+def summary(records: Sequence[Record]) -> list[str]:
+    """Return a line for each engine and look: its error over all characters and frames, for people."""
+    errors: dict[tuple[str, str], list[float]] = {}
+    for record in records:
+        if record["rms_error"] is not None:
+            errors.setdefault((record["engine"], record["name"]), []).append(record["rms_error"])
+    return [
+        f"{ENGINES[engine].label}, {name}: RMS error {100.0 * median(found):.2f} % (median of {len(found)}), "
+        f"{100.0 * min(found):.2f} to {100.0 * max(found):.2f} %"
+        for (engine, name), found in errors.items()
+    ]
 
 
 def _copy(source: Path, target: Path) -> None:

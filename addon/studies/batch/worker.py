@@ -13,7 +13,7 @@ import signal
 import socket
 import subprocess
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
@@ -145,7 +145,7 @@ def ask(session: Path, request: Request, show: Show) -> list[str]:
     ):
         stream.write(json.dumps({**request, "word": address["word"]}) + "\n")
         stream.flush()
-        for line in stream:
+        for line in _lines(stream):
             answer = json.loads(line)
             if "fail" in answer:
                 raise Incomplete(answer["said"]) if answer["said"] else BatchError(answer["fail"])
@@ -153,6 +153,12 @@ def ask(session: Path, request: Request, show: Show) -> list[str]:
                 return answer["done"]
             show(answer["percent"], answer["text"])
     raise ConnectionResetError(f"Blender ended in the middle of it: {last_words(session)}")
+
+
+def _lines(stream: IO[str]) -> Iterator[str]:
+    """Yield what comes until the other side closes it, or dies."""
+    with suppress(ConnectionError):
+        yield from stream
 
 
 def end(session: Path) -> None:
