@@ -22,15 +22,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import jobs
 from console import BadInput, Parser, Terminal, script_arguments
-from frame import ENGINE_KEYS, engine_list, load_bpy, load_character, run_script, sample_count, start_blender
+from frame import ENGINE_KEYS, engine_list, load_bpy, run_script, sample_count, start_blender
 from outputs import Staging
 
 if TYPE_CHECKING:
-    import bpy
-
     from true_diffuse.addon.engines import Engine
     from true_diffuse.addon.leave_out.simplify import Finding
     from true_diffuse.addon.measure.record import Record
+    from true_diffuse.addon.studies.batch.face import Order as FaceOrder
     from true_diffuse.addon.studies.batch.five import Order
     from true_diffuse.addon.tolerance import Choice
 
@@ -77,7 +76,7 @@ def main() -> int:
     """Run the script; returns the exit status."""
     options = parse(script_arguments())
     if options.job:
-        return run_script("compare.py", options.job, partial(order_five, options))
+        return run_script("compare.py", options.job, partial(order_job, options))
     return run_script("compare.py", options.out, partial(compare, options))
 
 
@@ -109,7 +108,7 @@ def parse(arguments: list[str]) -> Options:
         action="extend",
         metavar="WHO",
         help="human, monkey, or a .blend, .usd, .usda, .usdc, .usdz, .glb, .gltf or .obj file (default: human); "
-        "five: any number of them, also patterns as 'shots/**/*.glb'",
+        "any number of them, also patterns as 'shots/**/*.glb'",
     )
     parser.add_argument(
         "--frames",
@@ -129,9 +128,8 @@ def parse(arguments: list[str]) -> Options:
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder to write (default: {OUT}; with --job the job's own)")
     parser.add_argument("--save-blend", action="store_true", help="also write SCENE.blend, the scene to open in Blender")
-    parser.add_argument(
-        "--job", type=Path, metavar="DIR", help="five: render nothing, but write a job bundle of Open Job Description that does"
-    )
+    job = "five, face: render nothing, but write a job bundle of Open Job Description that does"
+    parser.add_argument("--job", type=Path, metavar="DIR", help=job)
     parser.add_argument("--chunk", type=jobs.chunk_size, metavar="N", help="with --job: frames of one task (default: 8)")
     got = parser.parse_args(arguments)
     scene = SCENES[got.scene]
@@ -141,8 +139,8 @@ def parse(arguments: list[str]) -> Options:
         parser.error("--job has no option --error and no --save-blend")
     if got.chunk and not got.job:
         parser.error("--chunk is of --job")
-    if got.scene != "five" and len(got.character or ()) > 1:
-        parser.error(f"--scene {got.scene} has one --character")
+    if got.save_blend and len(got.character or ()) > 1:
+        parser.error("--save-blend is of one --character")
     names = ("character", "frames", "sigma", "albedo", "full_figure", "error", "leave_out", "job")
     special = {name: getattr(got, name) for name in names}
     for name, value in special.items():
@@ -264,15 +262,20 @@ def order_of(options: Options, engines: Sequence[str], choices: Mapping[str, "Ch
     )
 
 
-def order_five(options: Options, staging: Staging, terminal: Terminal) -> None:
-    """Write the job that renders and measures the five characters."""
+def order_job(options: Options, staging: Staging, terminal: Terminal) -> None:
+    """Write the job that renders and measures the scene."""
     load_bpy()
     assert options.job is not None
-    order = order_of(options, options.engines, {})
-    document = {"study": "five", "order": order.packed(), "options": vars_of(options)}
+    if options.scene == "face":
+        order = face_order(options, options.engines)
+        steps = jobs.face_steps(order)
+    else:
+        order = order_of(options, options.engines, {})
+        steps = jobs.five_steps(order)
+    document = {"study": options.scene, "order": order.packed(), "options": vars_of(options)}
     description = f"{len(order.characters)} characters, {len(order.frames)} frames, {' and '.join(order.engines)}"
     target = options.job, None if options.out == OUT else options.out
-    jobs.write_job("True Diffuse, five characters", description, document, jobs.five_steps(order), target, staging, terminal)
+    jobs.write_job(f"True Diffuse, scene {options.scene}", description, document, steps, target, staging, terminal)
 
 
 def compare_five(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
@@ -283,8 +286,6 @@ def compare_five(options: Options, chosen: list["Engine"], staging: Staging, ter
 
     choices = _pick(options, chosen, terminal)
     order = order_of(options, [engine.key for engine in chosen], choices)
-    if options.save_blend and len(order.characters) > 1:
-        raise BadInput("--save-blend is of one character")
     with tempfile.TemporaryDirectory(prefix="parts_", dir=staging.folder) as folder:
         results, worker = Results(Path(folder), ""), Five(order, chosen)
         try:
@@ -346,15 +347,6 @@ def _got(
     return found
 
 
-def _leave_out(options: Options, scene: "bpy.types.Scene", engine: "Engine", samples: int) -> list["Finding"]:
-    """Have the materials of `scene` render by the least that `engine` needs, unless told not to; returns what was found."""
-    from true_diffuse.addon import engines
-    from true_diffuse.addon.leave_out.simplify import simplify
-
-    engines.use(scene, engine, samples)
-    return simplify() if options.leave_out else []
-
-
 def _tell_left_out(found: Mapping[str, list["Finding"]], terminal: Terminal) -> None:
     """Restore the materials, and say what was left out of them, by engine."""
     from true_diffuse.addon.leave_out.simplify import COLUMNS, restore, rows
@@ -365,31 +357,42 @@ def _tell_left_out(found: Mapping[str, list["Finding"]], terminal: Terminal) -> 
             terminal.table(f"Left out for {label}", COLUMNS, rows(findings))
 
 
+def face_order(options: Options, engines: Sequence[str]) -> "FaceOrder":
+    """Return what the options order of the face. Raises BadInput where a character's file is not there."""
+    from true_diffuse.addon.studies.batch.face import Order
+
+    return Order(
+        characters=jobs.characters(options.characters),
+        engines=tuple(engines),
+        samples={key: options.samples or SCENES["face"].samples[key] for key in engines},
+        resolution=options.resolution,
+        leave_out=options.leave_out,
+    )
+
+
 def compare_face(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
     """Compare one engine's head with BRDF, BSSRDF and the mixed model with the other's, region by region."""
     from true_diffuse.addon.studies import face as study
     from true_diffuse.addon.studies import pictures
-    from true_diffuse.scenes import face
+    from true_diffuse.addon.studies.batch.face import Face, collect
+    from true_diffuse.addon.studies.batch.results import BatchError, Results
 
-    stage = face.build(load_character(options.characters[0]), options.characters[0] == "human", options.resolution)
-    folder = staging.folder
-    captions = study.captions(stage)
-    rendered, measured, left_out = [], [], {}
-    with terminal.progress(study.work(stage, chosen)) as progress:
-        seen = study.surfaces(stage, progress)
-        for engine in chosen:
-            samples = _samples_of(options, engine)
-            left_out[engine.label] = _leave_out(options, stage.scene, engine, samples)
-            denoise = engine.key == "cycles"
-            seconds = pictures.render_picture(stage.scene, engine, samples, folder / "face", captions, progress, denoise)
-            rendered.append({"engine": engine.key, "samples": samples, "denoised": denoise, "render_seconds": seconds})
-            measured += study.measure(stage, engine, samples, progress)
-    records = study.records(seen, measured)
-    _tell_left_out(left_out, terminal)
-    if options.save_blend:
-        pictures.save_blend(stage.scene, folder / "face.blend")
-    written = publish(options, chosen, staging, {"records": records, "pictures": rendered})
-    terminal.table("EEVEE against Cycles on skin, key and back light alone", *study.table(records))
+    order = face_order(options, [engine.key for engine in chosen])
+    with tempfile.TemporaryDirectory(prefix="parts_", dir=staging.folder) as folder:
+        results, worker = Results(Path(folder), ""), Face(order, chosen)
+        try:
+            with terminal.progress(order.work()) as progress:
+                for parts in order.chunks():
+                    worker.do(parts, results, progress)
+            collected = collect(order, results, staging.folder)
+        except BatchError as error:
+            raise BadInput(str(error)) from error
+    _tell_left_out(worker.left_out, terminal)
+    if options.save_blend and worker.stage:
+        pictures.save_blend(worker.stage.scene, staging.folder / "face.blend")
+    staging.write_json("compare.json", {**collected.document, "options": vars_of(options)})
+    written = staging.publish()
+    terminal.table("EEVEE against Cycles on skin, key and back light alone", *study.table(collected.records))
     return written
 
 
@@ -428,7 +431,7 @@ SCENES = {
         compare=compare_face,
         resolution=(1200, 480),
         samples={"eevee": 32, "cycles": 20},
-        knows={"character": ["human"]} | LEAVE_OUT,
+        knows={"character": ["human"], "job": None} | LEAVE_OUT,
     ),
     "searchlight": Scene(
         compare=compare_searchlight,

@@ -16,6 +16,7 @@ from true_diffuse.addon.studies.batch.results import BatchError, Results
 
 if TYPE_CHECKING:
     from true_diffuse.addon.engines import Engine
+    from true_diffuse.addon.studies.batch.face import Order as FaceOrder
     from true_diffuse.addon.studies.batch.five import Order
     from true_diffuse.addon.studies.batch.report import Order as ReportOrder
     from true_diffuse.addon.studies.batch.worker import Show
@@ -109,15 +110,27 @@ def five_steps(order: "Order") -> list[bundle.Step]:
     ]
 
 
-class FiveJob:
-    """Who does the tasks of a five-character comparison."""
+def face_steps(order: "FaceOrder") -> list[bundle.Step]:
+    """Return the steps before collect of the face's comparison."""
+    parameters: list[dict[str, Any]] = [
+        {"name": "Character", "type": "INT", "range": f"0-{len(order.characters) - 1}"},
+        {"name": "Engine", "type": "STRING", "range": list(order.engines)},
+        {"name": "Look", "type": "STRING", "range": list(order.looks)},
+    ]
+    return [bundle.Step("render", "render", "Render the picture of a character's three heads, or measure one of them", parameters)]
+
+
+class CompareJob:
+    """Who does the tasks of a comparison of compare.py."""
 
     def __init__(self, document: Mapping[str, Any], usable: Sequence["Engine"]) -> None:
-        from true_diffuse.addon.studies.batch.five import Five, Order
+        from true_diffuse.addon.studies.batch import face, five
 
+        self.study: Any = {"five": five, "face": face}[document["study"]]
         self.options = document["options"]
-        self.order = Order.unpacked(document["order"])
-        self.five = Five(self.order, usable)
+        self.order = self.study.Order.unpacked(document["order"])
+        doer: Any = {"five": five.Five, "face": face.Face}[document["study"]]
+        self.doer = doer(self.order, usable)
 
     def do(self, step: str, given: Mapping[str, str], results: Results, show: "Show") -> None:
         """Do the parts that `given` chooses; raises BatchError."""
@@ -144,17 +157,15 @@ class FiveJob:
             raise BatchError(f"no such task: {', '.join(f'{name} {value}' for name, value in given.items())}")
         told = Told(sum(part.work for parts in chosen for part in parts), show)
         for parts in filter(None, chosen):
-            self.five.do(parts, results, told)
+            self.doer.do(parts, results, told)
 
     def collect(self, results: Results, staging: Staging) -> list[str]:
         """Write what the parts came to; returns what to say of it. Raises BatchError, BadInput."""
-        from true_diffuse.addon.studies.batch.five import collect, summary
-
-        found = collect(self.order, results, staging.folder)
+        found = self.study.collect(self.order, results, staging.folder)
         staging.write_json("compare.json", {**found.document, "options": self.options})
         written = staging.publish()
         wrote = f"Wrote {len(found.records)} records and {len(written) - 1} pictures to {staging.target}"
-        return [*summary(found.records), wrote]
+        return [*self.study.summary(found.records), wrote]
 
 
 def report_steps(order: "ReportOrder") -> list[bundle.Step]:

@@ -221,9 +221,9 @@ def mapped(path: str, rules: list[dict[str, str]]) -> str:
 
 def studies() -> "dict[str, Callable[[dict[str, Any], list[Engine]], Any]]":
     """Return the studies that can be a job, by name."""
-    from jobs import FiveJob, ReportJob
+    from jobs import CompareJob, ReportJob
 
-    return {"five": FiveJob, "report": ReportJob}
+    return {"five": CompareJob, "face": CompareJob, "report": ReportJob}
 
 
 COMMANDS: dict[str, Callable[[Namespace], None]] = {

@@ -212,6 +212,19 @@ def test_report_job_gives_the_errors_of_one_run(tmp_path: Path) -> None:
     assert errors(many) == errors(one) and len(errors(one)) > 10
 
 
+@pytest.mark.slow
+@pytest.mark.render
+def test_face_job_gives_what_one_run_gives(tmp_path: Path, eevee_runs_here: bool) -> None:
+    engines = "eevee,cycles" if eevee_runs_here else "cycles"
+    order = ("--scene", "face", "--character", "monkey", "--engine", engines, "--resolution", "150x60", "--samples", "2")
+    assert script("compare.py", *order, "--out", "out", cwd=tmp_path).returncode == 0
+    job = ordered(tmp_path, *order)
+    result = openjd("run", job / "template.yaml", cwd=tmp_path)
+    assert result.returncode == 0, result.stdout[-2000:]
+    assert records(job / "output") == records(tmp_path / "out")
+    assert len(records(job / "output")) > 3 and (job / "output" / "face_cycles.png").exists()
+
+
 @posix
 @pytest.mark.render
 def test_two_sessions_one_killed_and_run_again_give_what_one_run_gives(tmp_path: Path, at_once: list[dict[str, Any]]) -> None:
@@ -359,7 +372,7 @@ def fails(output: str) -> Iterator[str]:
         ("compare.py", ("--job", "new", "--chunk", "0")),
         ("compare.py", ("--job", "new", "--save-blend")),
         ("compare.py", ("--job", "new", "--error", "2%")),
-        ("compare.py", ("--job", "new", "--scene", "face")),
+        ("compare.py", ("--job", "new", "--scene", "searchlight")),
         ("report.py", ("--job", "taken")),
         ("report.py", ("--job", "new", "--character", "gone.blend")),
         ("report.py", ("--character", "human", "monkey")),

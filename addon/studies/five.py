@@ -12,7 +12,7 @@ from ..engines import Engine
 from ..measure import error, picture, render
 from ..measure.record import Progress, Record, known
 from ..models import Lambert, OrenNayar
-from .pictures import PICTURE_WORK, Captions, captions
+from .pictures import Captions, captions
 
 MEASUREMENT_WORK = 1.0  # a twelfth of what a picture takes
 
@@ -39,11 +39,6 @@ class Measured:
     seconds: float
     errors: error.Errors
     difference: dict[int, float]
-
-
-def work(stage: FiveCharacters, engine_count: int) -> float:
-    """Return the work of a whole comparison, in the units that this module reports to `Progress`."""
-    return engine_count * PICTURE_WORK + (engine_count + 1) * MEASUREMENT_WORK * len(stage.characters)
 
 
 def surfaces(stage: FiveCharacters, progress: Progress) -> list[Seen]:

@@ -9,7 +9,7 @@ import shutil
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from statistics import median
 
@@ -246,12 +246,14 @@ class Collected:
     environment: Record
     environments: list[Record]
     """Where machines differ, those of all of them."""
+    pictures: list[Record] = field(default_factory=list)
+    """How they were rendered, where that is told."""
 
     @property
     def document(self) -> Record:
         """What compare.json holds beside the options."""
-        others = {"environments": self.environments} if self.environments else {}
-        return {"records": self.records, "environment": self.environment, **others}
+        others = {"environments": self.environments, "pictures": self.pictures}
+        return {"records": self.records, "environment": self.environment} | {name: each for name, each in others.items() if each}
 
 
 def collect(order: Order, results: Results, folder: Path) -> Collected:
@@ -259,9 +261,9 @@ def collect(order: Order, results: Results, folder: Path) -> Collected:
     found = results.records(part.name for part in order.parts())
     for shown in order.pictures():
         for suffix in ("png", "exr"):
-            _copy(results.file(shown.name, suffix), folder / f"{order.prefix(shown)}five_{shown.engine}.{suffix}")
+            copy(results.file(shown.name, suffix), folder / f"{order.prefix(shown)}five_{shown.engine}.{suffix}")
         error_map = results.file(replace(shown, look=ERROR_MAP).name, "png")
-        _copy(error_map, folder / f"{order.prefix(shown)}error_{shown.engine}.png")
+        copy(error_map, folder / f"{order.prefix(shown)}error_{shown.engine}.png")
     records = [record["measured"] for record in found if "measured" in record]
     return Collected(records, *merged([record["environment"] for record in found if "environment" in record]))
 
@@ -279,7 +281,7 @@ def summary(records: Sequence[Record]) -> list[str]:
     ]
 
 
-def _copy(source: Path, target: Path) -> None:
+def copy(source: Path, target: Path) -> None:
     """Make `target` the same file as `source`, or a copy where the disk cannot have one file twice."""
     with suppress(OSError):
         os.link(source, target)
