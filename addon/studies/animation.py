@@ -55,7 +55,7 @@ def moment(frame: int, length: int = LENGTH) -> Moment:
 
 
 class Shot:
-    """The scene, in a file with nothing else. `shadows` are soft, which gives noise."""
+    """The scene, in a file with nothing else. `shadows`, of a ball before the sphere, are soft, which gives noise."""
 
     def __init__(self, mode: str, size: int, shadows: bool) -> None:
         bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -67,6 +67,11 @@ class Shot:
         self.sun.data.angle, self.point.data.shadow_soft_size = (0.3, 0.5) if shadows else (0.0, 0.0)
         for lamp in (self.sun, self.point):
             lamp.data.use_shadow = shadows
+        if shadows:  # of a ball half-way to the point lamp
+            ball = bpy.data.objects.new("Ball", self.sphere.data.copy())
+            ball.scale, ball.location = (0.3, 0.3, 0.3), (-1.3, -2.0, 0.0)
+            ball.data.materials[0] = None
+            self.scene.collection.objects.link(ball)
         self.scene.eevee.use_shadows = shadows
         self.scene.eevee.use_raytracing = False
         self.scene.cycles.max_bounces = 0
