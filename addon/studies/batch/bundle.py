@@ -5,10 +5,11 @@ https://github.com/OpenJobDescription/openjd-specifications (2023-09). The bundl
 needs nothing of the checkout and gives the same figures while that goes on. A session's environment keeps one Blender alive.
 """
 
+import hashlib
 import json
 import re
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -66,20 +67,25 @@ def write(job: Job, folder: Path, output: Path | None) -> None:
     (folder / "parameter_values.yaml").write_text(yaml({"parameterValues": values}), encoding="utf-8")
     references = {"assetReferences": {**references, "referencedPaths": []}}
     (folder / "asset_references.yaml").write_text(yaml(references), encoding="utf-8")
-    (folder / JOB).write_text(json.dumps(job.document, indent=2) + "\n", encoding="utf-8")
+    code = hashlib.sha256()
+    for path in _code():
+        place = path.relative_to(ROOT)
+        code.update(place.as_posix().encode() + path.read_bytes())
+        target = folder / "true_diffuse" / place
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(path, target)
+    # results of another version of the code are those of another job
+    document = {**job.document, "code": code.hexdigest()}
+    (folder / JOB).write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+
+
+def _code() -> Iterator[Path]:
+    """Yield the files of the code that tasks run."""
     for name in CODE:
-        _copy(ROOT / name, folder / "true_diffuse" / name)
-
-
-def _copy(source: Path, target: Path) -> None:
-    if source.is_file():
-        if source.suffix in SUFFIXES:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(source, target)
-        return
-    for inner in sorted(source.iterdir()):
-        if inner.name != "__pycache__":
-            _copy(inner, target / inner.name)
+        place = ROOT / name
+        for path in sorted(place.rglob("*")) if place.is_dir() else (place,):
+            if path.suffix in SUFFIXES:
+                yield path
 
 
 def template(job: Job) -> dict[str, Any]:
