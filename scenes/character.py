@@ -5,7 +5,7 @@ Whatever its source, the mesh comes out upright (Z up), facing -Y, standing on z
 one material slot and the color attribute ALBEDO_ATTRIBUTE.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import bpy
@@ -13,8 +13,9 @@ import bpy
 import bmesh
 
 from .human import HumanDataMissing, human_mesh
-from .subject import WHITE, can_stand, stand
+from .subject import WHITE, can_stand, stand, standing
 
+INCLUDED = ("human", "monkey")
 MONKEY_COLOR = (0.55, 0.36, 0.22)
 
 
@@ -27,6 +28,33 @@ def load(character: str) -> bpy.types.Mesh:
 
     Raises CharacterError where there is no such file, it cannot be read, or it holds no faces.
     """
+    return load_frames(character, (None,))[None]
+
+
+def load_frames[Frame: int | None](character: str, frames: Sequence[Frame]) -> dict[Frame, bpy.types.Mesh]:
+    """Return the mesh of each of `frames`, as `load` does; None is the frame that a file was saved at.
+
+    All are scaled and placed as the first of them, so that a jump stays a jump. Raises CharacterError as `load` does.
+    """
+    if character in INCLUDED:
+        return dict.fromkeys(frames, _included(character))
+    return _from_file(check_file(character), frames)
+
+
+def check_file(character: str) -> Path:
+    """Return the path of a character's file; raises CharacterError where there is none, or none of a known kind."""
+    path = Path(character)
+    if path.suffix.lower() not in IMPORTERS:
+        known = ", ".join(IMPORTERS)
+        raise CharacterError(f"character {path} is neither human, nor monkey, nor a file of a known kind ({known})")
+    if not path.is_file():
+        raise CharacterError(f"character file {path} does not exist")
+    if path.stat().st_size == 0:
+        raise CharacterError(f"character file {path} is empty")
+    return path
+
+
+def _included(character: str) -> bpy.types.Mesh:
     if character == "human":
         try:
             mesh = human_mesh()
@@ -34,9 +62,7 @@ def load(character: str) -> bpy.types.Mesh:
             raise CharacterError(str(error)) from error
         mesh.materials.append(None)
         return mesh
-    if character == "monkey":
-        return _monkey()
-    return _from_file(Path(character))
+    return _monkey()
 
 
 def _monkey() -> bpy.types.Mesh:
@@ -72,29 +98,26 @@ IMPORTERS: dict[str, Callable[[Path], object]] = {
 }
 
 
-def _from_file(path: Path) -> bpy.types.Mesh:
-    importer = IMPORTERS.get(path.suffix.lower())
-    if importer is None:
-        known = ", ".join(IMPORTERS)
-        raise CharacterError(f"character {path} is neither human, nor monkey, nor a file of a known kind ({known})")
-    if not path.is_file():
-        raise CharacterError(f"character file {path} does not exist")
-    if path.stat().st_size == 0:
-        raise CharacterError(f"character file {path} is empty")
+def _from_file[Frame: int | None](path: Path, frames: Sequence[Frame]) -> dict[Frame, bpy.types.Mesh]:
     before = {scene: list(scene.objects) for scene in bpy.data.scenes}
     try:
-        importer(path)
+        IMPORTERS[path.suffix.lower()](path)
     except (OSError, RuntimeError) as error:
         reason = str(error).strip().splitlines()
         raise CharacterError(f"cannot read {path}: {reason[0] if reason else 'its importer gave no reason'}") from error
     arrived = next((scene for scene in bpy.data.scenes if scene not in before), bpy.context.scene)
-    mesh = _merged(arrived)
-    _forget(arrived, before, mesh)
-    if len(mesh.polygons) == 0:
-        raise CharacterError(f"{path} holds no mesh with faces, or is damaged")
-    if not can_stand(mesh):
-        raise CharacterError(f"{path} is flat or has vertices at infinity: it cannot stand upright")
-    return stand(mesh, WHITE)
+    meshes = {frame: _merged(arrived, frame) for frame in frames}
+    _forget(arrived, before, list(meshes.values()))
+    place = None
+    for frame, mesh in meshes.items():
+        when = "" if frame is None else f" at frame {frame}"
+        if len(mesh.polygons) == 0:
+            raise CharacterError(f"{path} holds no mesh with faces{when}, or is damaged")
+        if not can_stand(mesh):
+            raise CharacterError(f"{path} is flat or has vertices at infinity{when}: it cannot stand upright")
+        place = place or standing(mesh)
+        stand(mesh, WHITE, place)
+    return meshes
 
 
 def _renderable(collection: bpy.types.LayerCollection) -> Iterator[bpy.types.Object]:
@@ -106,9 +129,11 @@ def _renderable(collection: bpy.types.LayerCollection) -> Iterator[bpy.types.Obj
         yield from _renderable(child)
 
 
-def _merged(scene: bpy.types.Scene) -> bpy.types.Mesh:
+def _merged(scene: bpy.types.Scene, frame: int | None) -> bpy.types.Mesh:
     """Return one mesh of all that a render of `scene` would show: modifiers, poses, transforms and instances applied."""
     layer = scene.view_layers[0]
+    if frame is not None:
+        scene.frame_set(frame)
     shown = set(_renderable(layer.layer_collection))
     layer.update()
     used = {instance.object.original for instance in layer.depsgraph.object_instances}
@@ -136,13 +161,17 @@ def _merged(scene: bpy.types.Scene) -> bpy.types.Mesh:
     return mesh
 
 
-def _forget(arrived: bpy.types.Scene, before: dict[bpy.types.Scene, list[bpy.types.Object]], mesh: bpy.types.Mesh) -> None:
-    """Remove all that an import brought, but for the `mesh` made of it."""
+def _forget(
+    arrived: bpy.types.Scene, before: dict[bpy.types.Scene, list[bpy.types.Object]], made: Sequence[bpy.types.Mesh]
+) -> None:
+    """Remove all that an import brought, but for the meshes `made` of it."""
     kept = before.get(arrived, [])
     for item in [item for item in arrived.objects if item not in kept]:
         bpy.data.objects.remove(item)
     if arrived not in before:
         bpy.data.scenes.remove(arrived)
-    mesh.use_fake_user = True
+    for mesh in made:
+        mesh.use_fake_user = True
     bpy.data.orphans_purge(do_recursive=True)
-    mesh.use_fake_user = False
+    for mesh in made:
+        mesh.use_fake_user = False

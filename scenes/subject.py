@@ -19,12 +19,17 @@ def can_stand(mesh: bpy.types.Mesh) -> bool:
     return all(map(math.isfinite, sizes)) and sizes[2] > FLAT * max(sizes)
 
 
-def stand(mesh: bpy.types.Mesh, color: tuple[float, float, float]) -> bpy.types.Mesh:
-    """Stand `mesh` on the ground at HEIGHT, shade it smooth and give it one color and one slot; returns it."""
+def standing(mesh: bpy.types.Mesh) -> Matrix:
+    """Return what puts `mesh`, which can stand, on the ground around the origin, HEIGHT tall."""
     xs, ys, zs = ([vertex.co[axis] for vertex in mesh.vertices] for axis in range(3))
     size = max(zs) - min(zs)
     center = (-(min(xs) + max(xs)) / 2, -(min(ys) + max(ys)) / 2, -min(zs))
-    mesh.transform(Matrix.Scale(HEIGHT / size, 4) @ Matrix.Translation(center))
+    return Matrix.Scale(HEIGHT / size, 4) @ Matrix.Translation(center)
+
+
+def stand(mesh: bpy.types.Mesh, color: tuple[float, float, float], place: Matrix | None = None) -> bpy.types.Mesh:
+    """Stand `mesh` on the ground at HEIGHT, or put it by `place`, smooth it, give it one color and one slot; returns it."""
+    mesh.transform(place or standing(mesh))
     mesh.shade_smooth()
     mesh.materials.clear()
     mesh.materials.append(None)

@@ -18,7 +18,16 @@ from typing import TYPE_CHECKING
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from console import BadInput, Parser, Terminal, script_arguments
-from frame import NODE_ENGINES, empty_file, engine_list, load_character, run_script, sample_count, start_blender
+from frame import (
+    NODE_ENGINES,
+    empty_file,
+    engine_list,
+    load_character,
+    register_realtime,
+    run_script,
+    sample_count,
+    start_blender,
+)
 from outputs import Staging
 
 if TYPE_CHECKING:
@@ -189,6 +198,19 @@ def leave_out(_options: Namespace, engines: list["Engine"], terminal: Terminal) 
         return told(terminal, work, measure, "What leaving out saves, before -> after", study.table)
 
 
+def animation(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
+    """Hold keyed frames against stills of their values, and what noise flickers between frames against the noise."""
+    from true_diffuse.addon.engines import EEVEE, REALTIME
+    from true_diffuse.addon.studies import animation as study
+
+    used = list(engines)
+    if EEVEE in engines:  # so there is a graphics driver
+        register_realtime()
+        used.append(REALTIME)
+    work, measure = study.work(used), partial(study.records, used, options.samples, SIZE // 2)
+    return told(terminal, work, measure, "Frames of a film: difference from stills, noise, flicker", study.table)
+
+
 def check_usd(file: Path) -> list["Record"]:
     """Return what check_usd.py finds, in a process without Blender's copies of OpenUSD and MaterialX."""
     command = [sys.executable, str(Path(__file__).with_name("check_usd.py")), "--json", str(file)]
@@ -210,6 +232,7 @@ MEASURES: dict[str, Measure] = {
     "subsurface": subsurface,
     "usd": usd,
     "leave-out": leave_out,
+    "animation": animation,
 }
 
 

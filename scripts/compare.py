@@ -10,8 +10,9 @@ blender -b --python scripts/compare.py -- [OPTIONS]
 
 import math
 import sys
+import tempfile
 from argparse import ArgumentTypeError, BooleanOptionalAction
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -19,20 +20,20 @@ from typing import TYPE_CHECKING
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+import jobs
 from console import BadInput, Parser, Terminal, script_arguments
-from frame import engine_list, load_character, run_script, sample_count, start_blender
+from frame import engine_list, load_bpy, run_script, sample_count, start_blender
 from outputs import Staging
 
 if TYPE_CHECKING:
-    import bpy
-
     from true_diffuse.addon.engines import Engine
     from true_diffuse.addon.leave_out.simplify import Finding
     from true_diffuse.addon.measure.record import Record
+    from true_diffuse.addon.studies.batch.face import Order as FaceOrder
+    from true_diffuse.addon.studies.batch.five import Order
     from true_diffuse.addon.tolerance import Choice
-    from true_diffuse.scenes.five_characters import FiveCharacters
 
-REPORT = Path("report/report.json")
+REPORT, OUT = Path("report/report.json"), Path("comparison")
 LEAVE_OUT = {"leave_out": True}  # searchlight builds its scene anew for every ring
 
 
@@ -49,13 +50,16 @@ class Options:
     samples: int | None
     error: float | None
     report: Path | None
-    character: str
+    characters: tuple[str, ...]
+    frames: tuple[int, ...] | None
     sigmas: tuple[float, ...]
     albedo: float
     full_figure: bool
     leave_out: bool
     out: Path
     save_blend: bool
+    job: Path | None
+    chunk: int | None
 
 
 @dataclass(frozen=True)
@@ -71,6 +75,8 @@ class Scene:
 def main() -> int:
     """Run the script; returns the exit status."""
     options = parse(script_arguments())
+    if options.job:
+        return run_script("compare.py", options.job, partial(order_job, options))
     return run_script("compare.py", options.out, partial(compare, options))
 
 
@@ -98,8 +104,17 @@ def parse(arguments: list[str]) -> Options:
     )
     parser.add_argument(
         "--character",
+        nargs="+",
+        action="extend",
         metavar="WHO",
-        help="human, monkey, or a .blend, .usd, .usda, .usdc, .usdz, .glb, .gltf or .obj file (default: human)",
+        help="human, monkey, or a .blend, .usd, .usda, .usdc, .usdz, .glb, .gltf or .obj file (default: human); "
+        "any number of them, also patterns as 'shots/**/*.glb'",
+    )
+    parser.add_argument(
+        "--frames",
+        type=jobs.frame_list,
+        metavar="LIST",
+        help="five: frames of the characters' own animation, as 1-24, 1-24:4 or 1,5,9",
     )
     parser.add_argument("--sigma", type=_sigmas, metavar="LIST", help="five: facet slopes in radians (default: 0,0.2,0.33)")
     parser.add_argument("--albedo", type=_albedo, metavar="RHO", help="five: of the lightest paint, 0 to 1 (default: 0.8)")
@@ -111,8 +126,11 @@ def parse(arguments: list[str]) -> Options:
         action=BooleanOptionalAction,
         help="five, face: give each engine the least of every material that renders the same picture (default: on)",
     )
-    parser.add_argument("--out", type=Path, default=Path("comparison"), metavar="DIR", help="folder to write (default: comparison)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder to write (default: {OUT}; with --job the job's own)")
     parser.add_argument("--save-blend", action="store_true", help="also write SCENE.blend, the scene to open in Blender")
+    job = "five, face: render nothing, but write a job bundle of Open Job Description that does"
+    parser.add_argument("--job", type=Path, metavar="DIR", help=job)
+    parser.add_argument("--chunk", type=jobs.chunk_size, metavar="N", help="with --job: frames of one task (default: 8)")
     got = parser.parse_args(arguments)
     scene = SCENES[got.scene]
     for key in got.engine or ():
@@ -120,7 +138,13 @@ def parse(arguments: list[str]) -> Options:
             parser.error(f"--scene {got.scene} is not for {key}: choose from {_engines(scene)}")
     if got.error is not None and got.samples is not None:
         parser.error("--error picks the samples: leave out --samples")
-    names = ("character", "sigma", "albedo", "full_figure", "error", "leave_out")
+    if got.job and (got.error is not None or got.save_blend):
+        parser.error("--job has no option --error and no --save-blend")
+    if got.chunk and not got.job:
+        parser.error("--chunk is of --job")
+    if got.save_blend and len(got.character or ()) > 1:
+        parser.error("--save-blend is of one --character")
+    names = ("character", "frames", "sigma", "albedo", "full_figure", "error", "leave_out", "job")
     special = {name: getattr(got, name) for name in names}
     for name, value in special.items():
         if value is not None and name not in scene.knows:
@@ -133,13 +157,16 @@ def parse(arguments: list[str]) -> Options:
         samples=got.samples,
         error=special["error"],
         report=got.report if special["error"] else None,
-        character=special["character"],
+        characters=tuple(special["character"] or ()),
+        frames=special["frames"],
         sigmas=special["sigma"],
         albedo=special["albedo"],
         full_figure=special["full_figure"],
         leave_out=special["leave_out"],
-        out=got.out,
+        out=got.out or OUT,
         save_blend=got.save_blend,
+        job=got.job,
+        chunk=got.chunk,
     )
 
 
@@ -222,46 +249,69 @@ def _samples_of(options: Options, engine: "Engine") -> int:
     return options.samples or SCENES[options.scene].samples[engine.key]
 
 
+def order_of(options: Options, engines: Sequence[str], choices: Mapping[str, "Choice"]) -> "Order":
+    """Return what the options order of the five characters. Raises BadInput where a character's file is not there."""
+    from true_diffuse.addon.studies.batch.five import CHUNK, Order, Way
+
+    defaults = SCENES["five"].samples
+    return Order(
+        characters=jobs.characters(options.characters),
+        frames=options.frames or (None,),
+        engines=tuple(engines),
+        samples={key: choices[key].samples if key in choices else options.samples or defaults[key] for key in engines},
+        resolution=options.resolution,
+        sigmas=options.sigmas,
+        albedo=options.albedo,
+        full_figure=options.full_figure,
+        leave_out=options.leave_out,
+        ways={key: Way(choice.mode, choice.osl) for key, choice in choices.items()},
+        chunk=options.chunk or CHUNK,
+    )
+
+
+def order_job(options: Options, staging: Staging, terminal: Terminal) -> None:
+    """Write the job that renders and measures the scene."""
+    load_bpy()
+    assert options.job is not None
+    if options.scene == "face":
+        order = face_order(options, options.engines)
+        steps = jobs.face_steps(order)
+    else:
+        order = order_of(options, options.engines, {})
+        steps = jobs.five_steps(order)
+    document = {"study": options.scene, "order": order.packed(), "options": vars_of(options)}
+    description = f"{len(order.characters)} characters, {len(order.frames)} frames, {', '.join(order.engines)}"
+    target = options.job, None if options.out == OUT else options.out
+    jobs.write_job(f"True Diffuse, scene {options.scene}", description, document, steps, target, staging, terminal)
+
+
 def compare_five(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
     """Compare the five characters with the analytic models."""
-    from true_diffuse.addon.engines import CYCLES, REALTIME
-    from true_diffuse.addon.leave_out.simplify import restore
-    from true_diffuse.addon.osl import compiles_osl
     from true_diffuse.addon.studies import five, pictures
-    from true_diffuse.scenes import five_characters
+    from true_diffuse.addon.studies.batch.five import Five, collect
+    from true_diffuse.addon.studies.batch.results import BatchError, Results
 
     choices = _pick(options, chosen, terminal)
-    mesh = load_character(options.character)
-    bust = options.character == "human" and not options.full_figure
-    stage = five_characters.build(mesh, options.albedo, bust, options.resolution, options.sigmas)
-
-    folder = staging.folder
-    captions = five.five_captions(stage)
-    has_osl = not choices and {CYCLES, REALTIME} <= set(chosen) and compiles_osl()
-    with terminal.progress(five.work(stage, len(chosen), has_osl)) as progress:
-        seen = five.surfaces(stage, progress)
-        measured, with_osl, left_out = [], [], {}
-        for engine in chosen:
-            samples = _use(choices[engine.key], stage) if choices else _samples_of(options, engine)
-            left_out[engine.label] = _leave_out(options, stage.scene, engine, samples)
-            pictures.render_picture(stage.scene, engine, samples, folder / "five", captions, progress)
-            measured += five.measure(stage, seen, engine, samples, progress)
-        if has_osl:
-            restore()
-            with_osl = five.measure_osl(stage, seen, progress)
-    five.write_error_maps(stage, measured, folder)
-    records = [five.record(one, options.albedo) for one in measured]
-    between = five.between_engines(measured + with_osl)
-    _tell_left_out(left_out, terminal)
-    if options.save_blend:
-        pictures.save_blend(stage.scene, folder / "five.blend")
-    got = _got(options, choices, records, terminal)
-    found: dict[str, object] = {"records": records}
-    found |= ({"choices": got} if got else {}) | ({"realtime_from_cycles": between} if between else {})
-    written = publish(options, chosen, staging, found)
-    terminal.table("Error against the analytic model, key light alone", *five.table(records))
-    if between:
-        terminal.table("Realtime from Cycles with no bounces, key light alone", *five.between_engines_table(between))
+    order = order_of(options, [engine.key for engine in chosen], choices)
+    with tempfile.TemporaryDirectory(prefix="parts_", dir=staging.folder) as folder:
+        results, worker = Results(Path(folder), ""), Five(order, chosen)
+        try:
+            with terminal.progress(order.work()) as progress:
+                for parts in order.chunks():
+                    worker.do(parts, results, progress)
+            collected = collect(order, results, staging.folder)
+        except BatchError as error:
+            raise BadInput(str(error)) from error
+    _tell_left_out(worker.left_out, terminal)
+    if options.save_blend and worker.stage:
+        pictures.save_blend(worker.stage.scene, staging.folder / "five.blend")
+    got = _got(options, choices, collected.records, terminal)
+    document = {**collected.document, "options": vars_of(options)} | ({"choices": got} if got else {})
+    staging.write_json("compare.json", document)
+    written = staging.publish()
+    terminal.table("Error against the analytic model, key light alone", *five.table(collected.records))
+    if held := collected.realtime_from_cycles:
+        terminal.table("Realtime from Cycles with no bounces, key light alone", *five.realtime_from_cycles_table(held))
     return written
 
 
@@ -287,20 +337,6 @@ def _pick(options: Options, chosen: list["Engine"], terminal: Terminal) -> dict[
     return choices
 
 
-def _use(choice: "Choice", stage: "FiveCharacters") -> int:
-    """Set the characters' mode to what was picked; returns the samples."""
-    from true_diffuse.addon.nodes import ROUGH_DIFFUSE, lamps
-
-    for character in stage.characters:
-        if character.look.group is ROUGH_DIFFUSE:
-            tree = character.subject.material_slots[0].material.node_tree
-            if choice.mode is not None:
-                tree.nodes[ROUGH_DIFFUSE.name].inputs["Mode"].default_value = choice.mode
-    lamps.choose([stage.key])
-    stage.scene.cycles.shading_system = choice.osl
-    return choice.samples
-
-
 def _got(
     options: Options, choices: Mapping[str, "Choice"], records: list["Record"], terminal: Terminal
 ) -> dict[str, dict[str, object]]:
@@ -320,18 +356,6 @@ def _got(
     return found
 
 
-def _leave_out(options: Options, scene: "bpy.types.Scene", engine: "Engine", samples: int) -> list["Finding"]:
-    """Have the materials of `scene` render by the least that `engine` needs, unless told not to; returns what was found.
-
-    Realtime takes a material's values, not its nodes, whatever was left out of them.
-    """
-    from true_diffuse.addon import engines
-    from true_diffuse.addon.leave_out.simplify import simplify
-
-    engines.use(scene, engine, samples)
-    return simplify() if options.leave_out and engine is not engines.REALTIME else []
-
-
 def _tell_left_out(found: Mapping[str, list["Finding"]], terminal: Terminal) -> None:
     """Restore the materials, and say what was left out of them, by engine."""
     from true_diffuse.addon.leave_out.simplify import COLUMNS, restore, rows
@@ -342,31 +366,42 @@ def _tell_left_out(found: Mapping[str, list["Finding"]], terminal: Terminal) -> 
             terminal.table(f"Left out for {label}", COLUMNS, rows(findings))
 
 
+def face_order(options: Options, engines: Sequence[str]) -> "FaceOrder":
+    """Return what the options order of the face. Raises BadInput where a character's file is not there."""
+    from true_diffuse.addon.studies.batch.face import Order
+
+    return Order(
+        characters=jobs.characters(options.characters),
+        engines=tuple(engines),
+        samples={key: options.samples or SCENES["face"].samples[key] for key in engines},
+        resolution=options.resolution,
+        leave_out=options.leave_out,
+    )
+
+
 def compare_face(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
     """Compare the engines' heads with BRDF, BSSRDF and the mixed model with those of Cycles, region by region."""
     from true_diffuse.addon.studies import face as study
     from true_diffuse.addon.studies import pictures
-    from true_diffuse.scenes import face
+    from true_diffuse.addon.studies.batch.face import Face, collect
+    from true_diffuse.addon.studies.batch.results import BatchError, Results
 
-    stage = face.build(load_character(options.character), options.character == "human", options.resolution)
-    folder = staging.folder
-    captions = study.captions(stage)
-    rendered, measured, left_out = [], [], {}
-    with terminal.progress(study.work(stage, chosen)) as progress:
-        seen = study.surfaces(stage, progress)
-        for engine in chosen:
-            samples = _samples_of(options, engine)
-            left_out[engine.label] = _leave_out(options, stage.scene, engine, samples)
-            denoise = engine.key == "cycles"
-            seconds = pictures.render_picture(stage.scene, engine, samples, folder / "face", captions, progress, denoise)
-            rendered.append({"engine": engine.key, "samples": samples, "denoised": denoise, "render_seconds": seconds})
-            measured += study.measure(stage, engine, samples, progress)
-    records = study.records(seen, measured)
-    _tell_left_out(left_out, terminal)
-    if options.save_blend:
-        pictures.save_blend(stage.scene, folder / "face.blend")
-    written = publish(options, chosen, staging, {"records": records, "pictures": rendered})
-    terminal.table("On skin, RMS difference from Cycles, key and back light alone", *study.table(records))
+    order = face_order(options, [engine.key for engine in chosen])
+    with tempfile.TemporaryDirectory(prefix="parts_", dir=staging.folder) as folder:
+        results, worker = Results(Path(folder), ""), Face(order, chosen)
+        try:
+            with terminal.progress(order.work()) as progress:
+                for parts in order.chunks():
+                    worker.do(parts, results, progress)
+            collected = collect(order, results, staging.folder)
+        except BatchError as error:
+            raise BadInput(str(error)) from error
+    _tell_left_out(worker.left_out, terminal)
+    if options.save_blend and worker.stage:
+        pictures.save_blend(worker.stage.scene, staging.folder / "face.blend")
+    staging.write_json("compare.json", {**collected.document, "options": vars_of(options)})
+    written = staging.publish()
+    terminal.table("On skin, RMS difference from Cycles, key and back light alone", *study.table(collected.records))
     return written
 
 
@@ -390,13 +425,22 @@ SCENES = {
         compare=compare_five,
         resolution=(1280, 480),
         samples={"eevee": 16, "cycles": 32, "realtime": 16},
-        knows={"character": "human", "sigma": (0.0, 0.2, 0.33), "albedo": 0.8, "full_figure": False, "error": None} | LEAVE_OUT,
+        knows={
+            "character": ["human"],
+            "frames": None,
+            "sigma": (0.0, 0.2, 0.33),
+            "albedo": 0.8,
+            "full_figure": False,
+            "error": None,
+            "job": None,
+        }
+        | LEAVE_OUT,
     ),
     "face": Scene(
         compare=compare_face,
         resolution=(1200, 480),
         samples={"eevee": 32, "cycles": 20, "realtime": 32},
-        knows={"character": "human"} | LEAVE_OUT,
+        knows={"character": ["human"], "job": None} | LEAVE_OUT,
     ),
     "searchlight": Scene(
         compare=compare_searchlight,

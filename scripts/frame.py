@@ -77,17 +77,21 @@ def load_character(who: str) -> "Mesh":
         raise BadInput(str(error)) from error
 
 
+def load_bpy() -> None:
+    """Load Blender's module; raises BadInput where that fails."""
+    try:
+        import bpy  # noqa: F401 - where that fails, it is said in one line
+    except ImportError as error:
+        raise BadInput(f"Blender's module cannot be loaded: {error}") from error
+
+
 def start_blender(keys: Sequence[str], terminal: Terminal) -> list["Engine"]:
     """Load an empty file, make `true_diffuse` importable, and return the engines of `keys` that run here.
 
     Raises BadInput where Blender cannot read its renders, or no engine is left.
     """
     terminal.say("Loading Blender")
-    try:
-        import bpy  # noqa: F401 - where that fails, it is said in one line
-    except ImportError as error:
-        raise BadInput(f"Blender's module cannot be loaded: {error}") from error
-
+    load_bpy()
     import checkout  # noqa: F401 - makes this checkout the package true_diffuse
     from true_diffuse.addon import engines
     from true_diffuse.addon.measure import render
@@ -105,9 +109,14 @@ def start_blender(keys: Sequence[str], terminal: Terminal) -> list["Engine"]:
             chosen.remove(engine)
     if not chosen:
         raise BadInput("no engine is left to render with")
-    if engines.REALTIME in chosen:  # Blender has the other two; an extension that was enabled is not so in an empty file
-        from true_diffuse.addon import properties, realtime
-
-        properties.register()
-        realtime.register()
+    if engines.REALTIME in chosen:
+        register_realtime()
     return chosen
+
+
+def register_realtime() -> None:
+    """Make Realtime known to Blender, which has the other two; an extension that was enabled is not so in an empty file."""
+    from true_diffuse.addon import properties, realtime
+
+    properties.register()
+    realtime.register()

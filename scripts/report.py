@@ -10,7 +10,7 @@ import os
 import sys
 import time
 from argparse import ArgumentTypeError, Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -18,14 +18,15 @@ from typing import TYPE_CHECKING, Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+import jobs
 from console import BadInput, Parser, Terminal, script_arguments
-from frame import ENGINE_KEYS, engine_list, load_character, run_script, start_blender
+from frame import ENGINE_KEYS, engine_list, load_bpy, load_character, run_script, start_blender
 from outputs import Staging
 
 if TYPE_CHECKING:
     from true_diffuse.addon.engines import Engine
     from true_diffuse.addon.measure.record import Record
-    from true_diffuse.addon.studies.work_precision.journal import Journal
+    from true_diffuse.addon.studies.work_precision.journal import Journal, Notes
     from true_diffuse.addon.studies.work_precision.stages import Stage
 
 SCENES = ("sphere", "furnace", "five", "face")
@@ -53,8 +54,18 @@ def main() -> int:
     parser.add_argument("--quick", action="store_true", help="fewer contestants, samples and repeats, in four minutes")
     parser.add_argument("--engine", type=engine_list, default=ENGINE_KEYS, metavar="LIST", help=f"default: {','.join(ENGINE_KEYS)}")
     parser.add_argument("--scene", type=scene_list, default=SCENES, metavar="LIST", help=f"default: {','.join(SCENES)}")
-    parser.add_argument("--out", type=Path, default=Path("report"), metavar="DIR", help="folder to write (default: report)")
+    who = "of the scene five: human, monkey or a file (default: human); with --job any number, also patterns as 'shots/*.glb'"
+    parser.add_argument("--character", nargs="+", action="extend", metavar="WHO", help=who)
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder to write (default: report; with --job the job's own)")
+    job = "render nothing, but write a job bundle of Open Job Description that does"
+    parser.add_argument("--job", type=Path, metavar="DIR", help=job)
     options = parser.parse_args(script_arguments())
+    options.character = options.character or ["human"]
+    if options.job:
+        return run_script(parser.prog, options.job, partial(order, options))
+    if len(options.character) > 1:
+        parser.error("several characters need --job")
+    options.out = options.out or Path("report")
     os.environ.update(NO_SHADER_CACHE)
     return run_script(parser.prog, options.out, partial(report, options), AGAIN)
 
@@ -64,10 +75,9 @@ def report(options: Namespace, staging: Staging, terminal: Terminal) -> None:
     engines = start_blender(options.engine, terminal)
     from true_diffuse.addon.studies.environment import environment
     from true_diffuse.addon.studies.work_precision import journal as journals
-    from true_diffuse.addon.studies.work_precision import page
 
     machine = environment(engines)
-    asked = {"quick": options.quick, "engines": [engine.key for engine in engines], "scenes": list(options.scene)}
+    asked = asked_for(options.quick, [engine.key for engine in engines], options.scene, options.character[0])
     try:
         folder = options.out / JOURNALS[options.quick]
         journal = journals.Journal(folder, {"environment": machine, "options": asked, "sources": journals.sources()})
@@ -78,15 +88,50 @@ def report(options: Namespace, staging: Staging, terminal: Terminal) -> None:
     if journal.is_begun:
         terminal.say(f"Going on from {len(journal.units)} results that are there already")
     measure(options, engines, journal, terminal)
-    document: dict[str, Any] = {"version": VERSION, "environment": machine, "options": asked, **results(journal)}
-    staging.write_json("report.json", document)
-    staging.write_text("report.csv", table(document["curves"]))
-    staging.write_text("index.html", page.html(document))
+    said = write({"environment": machine, "options": asked}, journal, "", staging)
     written = staging.publish()
     journal.remove()
-    for one in document["recommendations"]:
-        terminal.say(f"{one['scene']}, {one['engine']}: {one['text']}")
+    for line in said:
+        terminal.say(line)
     terminal.say(f"Wrote {', '.join(written)} to {options.out}")
+
+
+def asked_for(quick: bool, engines: Sequence[str], scenes: Sequence[str], character: str) -> dict[str, Any]:
+    """Return what was asked for as report.json keeps it."""
+    asked: dict[str, Any] = {"quick": quick, "engines": list(engines), "scenes": list(scenes)}
+    return asked | ({"character": character} if "five" in scenes else {})
+
+
+def write(made: dict[str, Any], journal: "Notes", prefix: str, staging: Staging) -> list[str]:
+    """Stage the report, its names after `prefix`, of what a journal holds and how it was `made`; returns what it recommends."""
+    from true_diffuse.addon.studies.work_precision import page
+
+    document: dict[str, Any] = {"version": VERSION, **made, **results(journal)}
+    staging.write_json(f"{prefix}report.json", document)
+    staging.write_text(f"{prefix}report.csv", table(document["curves"]))
+    staging.write_text(f"{prefix}index.html", page.html(document))
+    return [f"{one['scene']}, {one['engine']}: {one['text']}" for one in document["recommendations"]]
+
+
+def order(options: Namespace, staging: Staging, terminal: Terminal) -> None:
+    """Write the job that measures all of it."""
+    load_bpy()
+    from true_diffuse.addon.studies.batch.report import Order
+
+    characters = jobs.characters(options.character)
+    hard = not options.quick and find_spec("mpmath") is not None
+    ordered = Order(characters, options.engine, options.scene, options.quick, hard)
+    document = {"study": "report", "order": ordered.packed()}
+    description = f"{', '.join(options.scene)} in {', '.join(options.engine)}, {len(characters)} characters"
+    jobs.write_job(
+        "True Diffuse, error against run time",
+        description,
+        document,
+        jobs.report_steps(ordered),
+        (options.job, options.out),
+        staging,
+        terminal,
+    )
 
 
 def measure(options: Namespace, engines: list["Engine"], journal: "Journal", terminal: Terminal) -> None:
@@ -115,7 +160,7 @@ def shader_homes(engines: list["Engine"], journal: "Journal", terminal: Terminal
     return [home for home in homes if ("shaders", home) not in journal.units]
 
 
-def hard_inputs(home: str, journal: "Journal") -> None:
+def hard_inputs(home: str, journal: "Notes") -> None:
     """Keep what a home of the models makes of random and of hard inputs, in 32-bit floats."""
     import referee
     from true_diffuse.addon.studies import stability_glsl, stability_osl
@@ -132,12 +177,12 @@ def build(options: Namespace, engines: list["Engine"], journal: "Journal") -> li
     """Return the scenes, and keep how long each took to build."""
     from true_diffuse.addon.studies.work_precision import stages
 
-    human = load_character("human") if {"five", "face"} & set(options.scene) else None
+    (who,) = options.character
     made: dict[str, Callable[[], Stage]] = {
         "sphere": lambda: stages.Sphere(engines, options.quick),
         "furnace": lambda: stages.Furnace(engines, options.quick),
-        "five": lambda: stages.Five(engines, options.quick, human),
-        "face": lambda: stages.FaceStage(engines, options.quick, human),
+        "five": lambda: stages.Five(engines, options.quick, load_character(who), bust=who == "human"),
+        "face": lambda: stages.FaceStage(engines, options.quick, load_character("human")),
     }
     built = []
     for name in options.scene:
@@ -150,7 +195,7 @@ def build(options: Namespace, engines: list["Engine"], journal: "Journal") -> li
     return built
 
 
-def results(journal: "Journal") -> "dict[str, list[Record]]":
+def results(journal: "Notes") -> "dict[str, list[Record]]":
     """Return what report.json holds beside the machine and the options."""
     from true_diffuse.addon.studies.work_precision import claims, cold, curves, run, stability
     from true_diffuse.addon.studies.work_precision.contestants import SIGMA

@@ -91,6 +91,29 @@ def test_blend_file_gives_instances_and_modifiers_as_rendered(tmp_path: Path) ->
     assert len(character.load(str(path)).polygons) == 3 * 24  # a cube subdivided once, three times
 
 
+def test_frames_of_a_file_keep_the_place_and_scale_of_the_first(tmp_path: Path) -> None:
+    bpy.ops.mesh.primitive_uv_sphere_add()
+    ball = bpy.context.object
+    ball.shape_key_add(name="Basis")
+    tall = ball.shape_key_add(name="Tall")
+    for point in tall.data:
+        point.co.z *= 2.0
+    for frame, share in ((1, 0.0), (11, 1.0)):
+        tall.value, ball.location.z = share, 3.0 * share
+        tall.keyframe_insert("value", frame=frame)
+        ball.keyframe_insert("location", frame=frame)
+    path = tmp_path / "ball.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    meshes = character.load_frames(str(path), (1, 6, 11))
+    spans = {frame: sorted(vertex.co.z for vertex in mesh.vertices) for frame, mesh in meshes.items()}
+    # a ball of radius 1 that gets twice as tall and rises by 3; 2 high at first, which becomes 1.8: 0.9 m a unit. Half-way, keys
+    # ease in and out evenly.
+    for frame, (low, high) in {1: (-1.0, 1.0), 6: (0.0, 3.0), 11: (1.0, 5.0)}.items():
+        assert (spans[frame][0], spans[frame][-1]) == pytest.approx((0.9 * (low + 1.0), 0.9 * (high + 1.0)), abs=1e-5)
+    assert not bpy.data.objects and len(bpy.data.meshes) == 3 and len(bpy.data.scenes) == 1
+
+
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [

@@ -14,6 +14,8 @@ import pytest
 
 SCRIPT = Path(__file__).resolve().parent.parent / "scripts" / "compare.py"
 FIELDS = {
+    "character": str,
+    "frame": int | None,
     "name": str,
     "model": str,
     "sigma": float | None,
@@ -179,6 +181,15 @@ def test_without_a_graphics_driver_cycles_still_renders(tmp_path: Path) -> None:
         ("--scene", "face", "--sigma", "0.2"),
         ("--scene", "face", "--full-figure"),
         ("--scene", "searchlight", "--engine", "cycles,realtime"),
+        ("--scene", "face", "--frames", "1-2"),
+        ("--character", "human", "monkey", "--save-blend"),
+        ("--scene", "searchlight", "--job", "new"),
+        ("--frames", "3-1"),
+        ("--frames", "1-x"),
+        ("--frames", "1-2:0"),
+        ("--frames", "1-999999999"),
+        ("--character", "*.nothing"),
+        ("--chunk", "4"),
     ],
     ids=" ".join,
 )

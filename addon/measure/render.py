@@ -147,6 +147,11 @@ def _interleave(channels: dict[str, array[float]], name: str, components: str) -
     return result
 
 
+def interleaved(channels: dict[str, array[float]]) -> array[float]:
+    """Return the linear RGB of a picture's channels, three values a pixel."""
+    return _interleave(channels, "Combined", "RGB")
+
+
 def render(scene: bpy.types.Scene, **options: bool) -> None:
     """Render `scene`; raises RuntimeError where the render was cancelled."""
     if bpy.ops.render.render(scene=scene.name, **options) != {"FINISHED"}:
@@ -206,7 +211,7 @@ def radiance(scene: bpy.types.Scene, engine: engines.Engine, samples: int, seed:
     if more:
         crop(scene, replace(region, x=region.x - more, width=region.width + more))
     seconds, channels = _render(scene)
-    rgb = _interleave(channels, "Combined", "RGB")
+    rgb = interleaved(channels)
     if more:
         crop(scene, region)
         wide = 3 * (region.width + more)

@@ -4,8 +4,9 @@
 import os
 import platform
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -30,3 +31,15 @@ def environment(used: Sequence[Engine]) -> dict[str, object]:
         "python": platform.python_version(),
         "devices": {engine.key: engines.device(engine) for engine in used},
     }
+
+
+def merged(environments: Sequence[Mapping[str, Any]]) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Return the first of `environments` with the devices of all, and where machines differ all of them, each once."""
+    devices: dict[str, str] = {}
+    machines: list[dict[str, Any]] = []
+    for one in environments:
+        devices |= one["devices"]
+        machine = {name: value for name, value in one.items() if name != "devices"}
+        if machine not in machines:
+            machines.append(machine)
+    return machines[0] | {"devices": devices}, machines if len(machines) > 1 else []

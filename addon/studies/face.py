@@ -13,7 +13,7 @@ from ..measure import error, render
 from ..measure.record import Progress, Record, known
 from ..models.vector import dot
 from .five import MEASUREMENT_WORK
-from .pictures import PICTURE_WORK, Captions
+from .pictures import Captions
 from .pictures import captions as captions_of
 
 # Renders with random numbers of their own, so that their noise can be told and taken out; others are always the same.
@@ -50,12 +50,6 @@ class Measured:
 def captions(stage: Face) -> Captions:
     """Return the captions of the three heads."""
     return captions_of(stage.scene, {head.look.label: head.subject for head in stage.heads})
-
-
-def work(stage: Face, engines: Sequence[Engine]) -> float:
-    """Return the work of a whole comparison, in the units that this module reports to `Progress`."""
-    takes = sum(TAKES[engine] for engine in engines)
-    return len(engines) * PICTURE_WORK + (takes + 1) * MEASUREMENT_WORK * len(stage.heads)
 
 
 def surfaces(stage: Face, progress: Progress) -> list[Seen]:

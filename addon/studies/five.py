@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The five-character comparison as data and pictures: measurements of each, error maps, records, one engine against another."""
 
+import json
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...scenes.five_characters import Character, FiveCharacters
-from ..engines import CYCLES, REALTIME, Engine
+from ...scenes.five_characters import Character, FiveCharacters, Look
+from ..engines import CYCLES, Engine
 from ..measure import error, picture, render
 from ..measure.record import Progress, Record, known
 from ..models import Lambert, OrenNayar
 from ..nodes import ROUGH_DIFFUSE
-from .pictures import PICTURE_WORK, Captions, captions
+from .pictures import Captions, captions
 
 MEASUREMENT_WORK = 1.0  # a twelfth of what a picture takes
 OSL_SAMPLES = 4  # only what the pixel filter mixes is random here
@@ -42,16 +43,6 @@ class Measured:
     difference: dict[int, float]
     rgb: array[float]
     osl: bool
-
-
-def work(stage: FiveCharacters, engine_count: int, osl: bool) -> float:
-    """Return the work of a whole comparison, in the units that this module reports to `Progress`; `osl`: with `measure_osl`."""
-    measured = (engine_count + 1) * len(stage.characters) + osl * sum(map(_has_osl, stage.characters))
-    return engine_count * PICTURE_WORK + measured * MEASUREMENT_WORK
-
-
-def _has_osl(character: Character) -> bool:
-    return character.look.group is ROUGH_DIFFUSE
 
 
 def surfaces(stage: FiveCharacters, progress: Progress) -> list[Seen]:
@@ -90,9 +81,14 @@ def measure(stage: FiveCharacters, seen: Sequence[Seen], engine: Engine, samples
     return measured
 
 
+def has_osl(look: Look) -> bool:
+    """Return whether a look's group has a shader in Open Shading Language."""
+    return look.group is ROUGH_DIFFUSE
+
+
 def measure_osl(stage: FiveCharacters, seen: Sequence[Seen], progress: Progress) -> list[Measured]:
     """Return the same of Cycles with OSL, for the characters whose group has a shader there; their groups must be whole."""
-    chosen = [one for one in seen if _has_osl(one.character)]
+    chosen = [one for one in seen if has_osl(one.character.look)]
     before, stage.scene.cycles.shading_system = stage.scene.cycles.shading_system, True
     try:
         return measure(stage, chosen, CYCLES, OSL_SAMPLES, progress)
@@ -105,31 +101,68 @@ def five_captions(stage: FiveCharacters) -> Captions:
     return captions(stage.scene, {character.look.label: character.subject for character in stage.characters})
 
 
-def write_error_maps(stage: FiveCharacters, measured: Sequence[Measured], folder: Path) -> None:
-    """Write error_ENGINE.png for each engine into `folder`; where characters overlap, the nearest one's error is shown."""
-    resolution = stage.scene.render.resolution_x, stage.scene.render.resolution_y
-    for engine in dict.fromkeys(one.engine for one in measured):
-        ours = [one for one in measured if one.engine is engine]
-        nearest: dict[tuple[int, int], tuple[float, float]] = {}
-        for one in ours:
-            region = one.seen.region
-            for pixel, value in one.difference.items():
-                row, column = divmod(pixel, region.width)
-                place = (region.x + column, region.y + region.height - 1 - row)
-                distance = one.seen.distance[pixel]
-                if place not in nearest or distance < nearest[place][0]:
-                    nearest[place] = (distance, value)
-        picture.heat_map(
-            folder / f"error_{engine.key}.png",
-            resolution,
-            {place: value for place, (_, value) in nearest.items()},
-            [f"{one.seen.character.look.label}:  {_percent(one.errors.rms)}" for one in ours],
-            five_captions(stage).centers,
-            f"{engine.label} minus analytic value, as a share of a Lambert surface lit head on  (captions: RMS error)",
-        )
+@dataclass(frozen=True)
+class Patch:
+    """What an error map shows of one character: its pixels, as y * width + x from the frame's bottom left, and of each the distance
+    from the camera [m] and the error, a share of a Lambert surface lit head on. `center` is the x of its caption [pixels].
+    """
+
+    label: str
+    center: float
+    rms: float | None
+    pixels: array[int]
+    distance: array[float]
+    error: array[float]
+
+    def packed(self) -> bytes:
+        """Return all of it as bytes, little-endian as all machines that Blender runs on."""
+        header = {"label": self.label, "center": self.center, "rms": self.rms, "pixels": len(self.pixels)}
+        return json.dumps(header).encode() + b"\n" + b"".join(x.tobytes() for x in (self.pixels, self.distance, self.error))
+
+    @staticmethod
+    def unpacked(content: bytes) -> "Patch":
+        """Return what `packed` made bytes of."""
+        line, _, rest = content.partition(b"\n")
+        header = json.loads(line)
+        columns = array("i"), array("f"), array("f")
+        for place, column in enumerate(columns):
+            size = 4 * header["pixels"]
+            column.frombytes(rest[place * size : (place + 1) * size])
+        return Patch(header["label"], header["center"], header["rms"], *columns)
 
 
-def _percent(share: float | None) -> str:
+def patch(stage: FiveCharacters, one: Measured) -> Patch:
+    """Return what the error map of `one`'s engine shows of it."""
+    region, width = one.seen.region, stage.scene.render.resolution_x
+    places = array("i")
+    for pixel in one.difference:
+        row, column = divmod(pixel, region.width)
+        places.append((region.y + region.height - 1 - row) * width + region.x + column)
+    label = one.seen.character.look.label
+    (center,) = captions(stage.scene, {label: one.seen.character.subject}).centers
+    distance = array("f", (one.seen.distance[pixel] for pixel in one.difference))
+    return Patch(label, center, known(one.errors.rms), places, distance, array("f", one.difference.values()))
+
+
+def write_error_map(path: Path, engine: str, resolution: tuple[int, int], patches: Sequence[Patch]) -> None:
+    """Write the errors of an `engine`, by its label; where characters overlap, the nearest one's is shown."""
+    nearest: dict[int, tuple[float, float]] = {}
+    for one in patches:
+        for pixel, distance, error_there in zip(one.pixels, one.distance, one.error, strict=True):
+            if pixel not in nearest or distance < nearest[pixel][0]:
+                nearest[pixel] = (distance, error_there)
+    width = resolution[0]
+    picture.heat_map(
+        path,
+        resolution,
+        {(pixel % width, pixel // width): value for pixel, (_, value) in nearest.items()},
+        [f"{one.label}:  {percent(one.rms)}" for one in patches],
+        [one.center for one in patches],
+        f"{engine} minus analytic value, as a share of a Lambert surface lit head on  (captions: RMS error)",
+    )
+
+
+def percent(share: float | None) -> str:
     """Return `share` in %, to a hundredth, or where it is below that to a hundredth of it."""
     if share is None:
         return "-"
@@ -159,30 +192,33 @@ def record(one: Measured, albedo: float) -> Record:
     }
 
 
-def between_engines(measured: Sequence[Measured]) -> list[Record]:
-    """Return, for each character in Cycles and in Realtime, how far Realtime is from Cycles in the pixels that were measured.
+@dataclass(frozen=True)
+class Held:
+    """One character in Cycles, for Realtime to be held against: `osl`, `samples` and `rgb` as in `Measured`; `pixels` measured."""
 
-    `rms_difference` is relative to the RMS of Cycles, None where that is black. Neither engine has bounces there.
+    osl: bool
+    samples: int
+    pixels: Sequence[int]
+    rgb: array[float]
+
+
+def realtime_from_cycles(realtime: array[float], cycles: Held) -> Record:
+    """Return how far a character's radiance in Realtime is from that in Cycles. Neither engine has bounces there.
+
+    `rms_difference` is relative to the RMS of Cycles, None where that is black.
     """
-    drawn = {one.seen.character.look.name: one for one in measured if one.engine is REALTIME}
-    found = []
-    for one in measured:
-        name = one.seen.character.look.name
-        if one.engine is CYCLES and name in drawn:
-            difference = error.difference(drawn[name].rgb, one.rgb, one.seen.expected.pixels)
-            own: Record = {"name": name, "osl": one.osl, "samples": one.samples, "pixels": one.errors.pixels}
-            found.append(own | {"rms_difference": known(difference)})
-    return found
+    difference = error.difference(realtime, cycles.rgb, cycles.pixels)
+    return {"osl": cycles.osl, "samples": cycles.samples, "pixels": len(cycles.pixels), "rms_difference": known(difference)}
 
 
-def between_engines_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return the columns and rows that sum up for people what `between_engines` found."""
+def realtime_from_cycles_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return the columns and rows that sum up for people how far Realtime is from Cycles, a row for each look as it is rendered."""
     ways = {False: "Cycles", True: "Cycles with OSL"}
-    by_name: dict[str, dict[bool, float | None]] = {}
+    found: dict[tuple[object, ...], dict[bool, float | None]] = {}
     for one in records:
-        by_name.setdefault(one["name"], {})[one["osl"]] = one["rms_difference"]
+        found.setdefault((one["character"], one["frame"], one["name"]), {})[one["osl"]] = one["rms_difference"]
     used = sorted({one["osl"] for one in records})
-    rows: list[tuple[str, ...]] = [(name, *(_percent(found.get(osl)) for osl in used)) for name, found in by_name.items()]
+    rows: list[tuple[str, ...]] = [(str(key[-1]), *(percent(each.get(osl)) for osl in used)) for key, each in found.items()]
     return ("Character", *(f"RMS from {ways[osl]}" for osl in used)), rows
 
 
@@ -199,8 +235,8 @@ def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, .
             str(r["name"]),
             show(r["render_seconds"], "{:.1f}"),
             str(r["pixels"]),
-            _percent(r["rms_error"]),
-            _percent(r["p99_error"]),
+            percent(r["rms_error"]),
+            percent(r["p99_error"]),
             show(r["mean_luminance"], "{:.4f}"),
             show(r["luminance_over_lambert"], "{:.4f}"),
         )

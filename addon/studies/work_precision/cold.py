@@ -4,11 +4,11 @@
 from collections.abc import Sequence
 
 from ...measure.record import Record
-from .journal import Journal
+from .journal import Notes
 from .run import COLD, STARTUP
 
 
-def records(curves: Sequence[Record], journal: Journal) -> list[Record]:
+def records(curves: Sequence[Record], journal: Notes) -> list[Record]:
     """Return the parts of the time [s]: what, where, and seconds; None where it was not measured.
 
     `shader_seconds` is what the first render took beyond a later one, in the order of the study: a shader that an earlier scene has

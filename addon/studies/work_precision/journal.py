@@ -28,7 +28,32 @@ def sources() -> str:
     return digest.hexdigest()
 
 
-class Journal:
+class Notes:
+    """Finished units of work and the pictures that were kept, in memory."""
+
+    def __init__(self) -> None:
+        self.units: dict[Key, Record] = {}
+        self.pictures: dict[str, array[float]] = {}
+
+    def add(self, key: Key, record: Record) -> Record:
+        """Keep a finished unit; returns it."""
+        self.units[key] = record
+        return record
+
+    def keep_picture(self, name: str, rgb: array[float]) -> None:
+        """Keep a picture, before its unit is."""
+        self.pictures[name] = rgb
+
+    def picture(self, name: str) -> array[float]:
+        """Return a picture that was kept."""
+        return self.pictures[name]
+
+    def of(self, kind: str) -> Iterator[Record]:
+        """Yield the records whose key begins with `kind`."""
+        return (record for key, record in self.units.items() if key[0] == kind)
+
+
+class Journal(Notes):
     """A folder of finished units of work. `is_begun`: it held some; `is_foreign`: it held another study's, which are gone.
 
     `identity` says what the figures depend on. Each unit is a line of JSON with its key, so a line that was cut off is a unit that
@@ -36,8 +61,8 @@ class Journal:
     """
 
     def __init__(self, folder: Path, identity: Record) -> None:
+        super().__init__()
         self.folder = folder
-        self.units: dict[Key, Record] = {}
         path = self.folder / UNITS
         header, *lines = _lines(path) if path.is_file() else [{}]
         same = header.get("identity") == json.loads(json.dumps(identity))
@@ -60,25 +85,17 @@ class Journal:
         whole.replace(self.folder / UNITS)
 
     def add(self, key: Key, record: Record) -> Record:
-        """Keep a finished unit; returns it."""
         self._file.write(json.dumps({"key": key, "record": record}) + "\n")
         self._file.flush()
-        self.units[key] = record
-        return record
+        return super().add(key, record)
 
     def keep_picture(self, name: str, rgb: array[float]) -> None:
-        """Keep a picture, before its unit is."""
         (self.folder / PICTURE.format(name)).write_bytes(rgb.tobytes())
 
     def picture(self, name: str) -> array[float]:
-        """Return a picture that was kept."""
         rgb = array("f")
         rgb.frombytes((self.folder / PICTURE.format(name)).read_bytes())
         return rgb
-
-    def of(self, kind: str) -> Iterator[Record]:
-        """Yield the records whose key begins with `kind`."""
-        return (record for key, record in self.units.items() if key[0] == kind)
 
     def remove(self) -> None:
         """Remove it: the study is done, or another's."""

@@ -69,6 +69,8 @@ def html(document: Record) -> str:
     where = f"Blender {document['environment']['blender']}, True Diffuse {document['environment']['true_diffuse']}; "
     where += f"{machine['processor']}, {machine['cores']} cores, {machine['system']}; "
     where += ", ".join(f"{LABELS[key]} on {device}" for key, device in devices.items())
+    if others := document.get("environments"):
+        where += f"; times are of {len(others)} different machines"
     parts = [
         "<h1>What an error costs</h1>",
         "<p>Rough Diffuse and Subsurface in each engine and mode, beside what Blender has instead: error against render time.</p>",

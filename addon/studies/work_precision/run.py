@@ -13,7 +13,7 @@ from ...measure.glsl import evaluate
 from ...measure.record import Progress, Record
 from .. import cost, five
 from .contestants import SIGMA, Contestant
-from .journal import Journal, Key
+from .journal import Key, Notes
 from .stages import ANALYTIC, CONVERGED, REFERENCE_SEEDS, Five, Silent, Sphere, Stage, Takes
 
 # kinds of what a journal keeps
@@ -59,7 +59,7 @@ class Part:
     cold: list[Contestant]
 
 
-def plan(stages: Sequence[Stage], journal: Journal) -> list[Part]:
+def plan(stages: Sequence[Stage], journal: Notes) -> list[Part]:
     """Return what is left, stage by stage; every contestant of it is rendered once before, as its shaders are compiled then."""
     parts = []
     for stage in stages:
@@ -70,7 +70,7 @@ def plan(stages: Sequence[Stage], journal: Journal) -> list[Part]:
     return parts
 
 
-def work(parts: Sequence[Part], used: Sequence[Engine], journal: Journal) -> float:
+def work(parts: Sequence[Part], used: Sequence[Engine], journal: Notes) -> float:
     """Return how long all of it takes on two cores, roughly [s]: the work of `run` to its `progress`."""
     total = STARTUP_WORK * _starts(parts) + GLSL_WORK * _has_glsl(parts, used, journal)
     for part in parts:
@@ -86,7 +86,7 @@ def _starts(parts: Sequence[Part]) -> bool:
     return any(contestant.engine is EEVEE for part in parts for contestant in part.cold)
 
 
-def _has_glsl(parts: Sequence[Part], used: Sequence[Engine], journal: Journal) -> bool:
+def _has_glsl(parts: Sequence[Part], used: Sequence[Engine], journal: Notes) -> bool:
     return EEVEE in used and any(part.stage.name == Sphere.name for part in parts) and (GLSL, Sphere.name) not in journal.units
 
 
@@ -103,32 +103,37 @@ def _reference_seconds(stage: Stage) -> float:
     return stage.costs[CYCLES.key].seconds(stage.reference_samples)
 
 
-def run(parts: Sequence[Part], used: Sequence[Engine], journal: Journal, progress: Progress) -> None:
+def run(parts: Sequence[Part], used: Sequence[Engine], journal: Notes, progress: Progress) -> None:
     """Do all that is left, and put it into `journal`."""
     if _starts(parts):
         with progress.step("Starting EEVEE", STARTUP_WORK):
-            _start(next(part.stage for part in parts if part.cold), journal)
+            start_eevee(next(part.stage for part in parts if part.cold), journal)
     for part in parts:
-        stage = part.stage
-        if part.units or part.references:
-            stage.prepare()
-        if isinstance(stage, Five):
-            for engine in used:
-                _luminance(stage, engine, journal, progress)
-        for seed in part.references:
-            _reference(stage, seed, journal, progress)
-        takes = [journal.picture(_picture(stage, seed)) for seed in REFERENCE_SEEDS] if stage.reference else []
-        if takes and (NOISE, stage.name) not in journal.units:
-            journal.add((NOISE, stage.name), {"scene": stage.name, "error": stage.noise(takes)})
-        materials = _warm(part, journal, progress)
-        for unit in part.units:
-            _unit(stage, unit, materials[unit.contestant], takes, journal, progress)
-        if isinstance(stage, Sphere) and _has_glsl([part], used, journal):
-            with progress.step("GLSL", GLSL_WORK):
-                _glsl(stage, journal)
+        do(part, used, journal, progress)
 
 
-def _luminance(stage: Five, engine: Engine, journal: Journal, progress: Progress) -> None:
+def do(part: Part, used: Sequence[Engine], journal: Notes, progress: Progress) -> None:
+    """Do what is left of a stage, EEVEE being started; `used` are the engines of what is measured beside the contestants."""
+    stage = part.stage
+    if part.units or part.references:
+        stage.prepare()
+    if isinstance(stage, Five):
+        for engine in used:
+            _luminance(stage, engine, journal, progress)
+    for seed in part.references:
+        _reference(stage, seed, journal, progress)
+    takes = [journal.picture(reference_name(stage, seed)) for seed in REFERENCE_SEEDS] if stage.reference and part.units else []
+    if takes and (NOISE, stage.name) not in journal.units:
+        journal.add((NOISE, stage.name), {"scene": stage.name, "error": stage.noise(takes)})
+    materials = _warm(part, journal, progress)
+    for unit in part.units:
+        _unit(stage, unit, materials[unit.contestant], takes, journal, progress)
+    if isinstance(stage, Sphere) and _has_glsl([part], used, journal):
+        with progress.step("GLSL", GLSL_WORK):
+            _glsl(stage, journal)
+
+
+def _luminance(stage: Five, engine: Engine, journal: Notes, progress: Progress) -> None:
     """Keep what the roughest character has over Lambert's luminance under the key light alone, before it gets other materials."""
     if (LUMINANCE, engine.key) in journal.units:
         return
@@ -139,11 +144,12 @@ def _luminance(stage: Five, engine: Engine, journal: Journal, progress: Progress
         journal.add((LUMINANCE, engine.key), {"engine": engine.key, "ratio": measured.errors.luminance_over_lambert})
 
 
-def _picture(stage: Stage, seed: int) -> str:
+def reference_name(stage: Stage, seed: int) -> str:
+    """Return the name of the picture of a reference."""
     return f"{stage.name}_{seed}"
 
 
-def _start(stage: Stage, journal: Journal) -> None:
+def start_eevee(stage: Stage, journal: Notes) -> None:
     """Render plain Diffuse, for the first time and again: the difference is EEVEE's own shaders."""
     plain = bpy.data.materials.new("Start-Up")
     first, again = (stage.picture(plain, EEVEE, False, 1, 0)[0] for _ in range(2))
@@ -151,17 +157,17 @@ def _start(stage: Stage, journal: Journal) -> None:
         journal.add((STARTUP, EEVEE.key), {"engine": EEVEE.key, "seconds": max(0.0, first - again)})
 
 
-def _reference(stage: Stage, seed: int, journal: Journal, progress: Progress) -> None:
+def _reference(stage: Stage, seed: int, journal: Notes, progress: Progress) -> None:
     one = stage.reference
     assert one is not None
     with progress.step(f"{stage.title}  reference", _reference_seconds(stage)):
         seconds, rgb = stage.picture(one.make(stage.paint), one.engine, one.osl, stage.reference_samples, seed)
-        journal.keep_picture(_picture(stage, seed), rgb)
+        journal.keep_picture(reference_name(stage, seed), rgb)
         key = (REFERENCE, stage.name, seed)
         journal.add(key, {"scene": stage.name, "samples": stage.reference_samples, "seconds": seconds})
 
 
-def _warm(part: Part, journal: Journal, progress: Progress) -> dict[Contestant, bpy.types.Material]:
+def _warm(part: Part, journal: Notes, progress: Progress) -> dict[Contestant, bpy.types.Material]:
     """Return the materials of all contestants that have units left, each rendered once: that first time is kept apart."""
     stage, made = part.stage, {}
     for contestant in part.cold:
@@ -177,7 +183,7 @@ def _warm(part: Part, journal: Journal, progress: Progress) -> dict[Contestant, 
     return made
 
 
-def _unit(stage: Stage, unit: Unit, material: bpy.types.Material, takes: Takes, journal: Journal, progress: Progress) -> None:
+def _unit(stage: Stage, unit: Unit, material: bpy.types.Material, takes: Takes, journal: Notes, progress: Progress) -> None:
     contestant = unit.contestant
     with progress.step(_text(stage, contestant, str(unit.samples)), _seconds(stage, contestant, unit.samples)):
         seconds, rgb = stage.picture(material, contestant.engine, contestant.osl, unit.samples, unit.repeat)
@@ -200,7 +206,7 @@ def _identity(stage: Stage, contestant: Contestant) -> Record:
     return {"scene": stage.name, **contestant.record, "target": target, "reference": reference}
 
 
-def _glsl(stage: Sphere, journal: Journal) -> None:
+def _glsl(stage: Sphere, journal: Notes) -> None:
     """Keep the error of shaders/oren_nayar.glsl over the sphere's pixels, its time for them, and what its forms cost."""
     forms = list(cost.forms(Silent()))
     safe = forms[-1]

@@ -87,6 +87,11 @@ class Stage:
     extra_samples: tuple[int, ...] = ()
     costs: Mapping[str, Cost]
 
+    @staticmethod
+    def cast(used: Sequence[Engine], quick: bool) -> list[Contestant]:
+        """Return who takes part."""
+        raise NotImplementedError
+
     def ladder(self, contestant: Contestant) -> Ladder:
         """Return the sample counts of a contestant."""
         ladder = self.ladders[contestant.engine.key]
@@ -127,6 +132,10 @@ class Sphere(Stage):
     suns: Sequence[bpy.types.Object]
     world: bpy.types.World | None = None
 
+    @staticmethod
+    def cast(used: Sequence[Engine], quick: bool) -> list[Contestant]:
+        return rough(used, quick, sunlit=True)
+
     def __init__(self, used: Sequence[Engine], quick: bool) -> None:
         self.stage = sphere_under_sun(SIZE, bpy.data.scenes.new(f"Work-Precision {self.title}"))
         self.stage.scene.camera.data.lens = LENS
@@ -137,7 +146,7 @@ class Sphere(Stage):
         towards = Vector((math.sin(angle), -math.cos(angle), 0.0))
         self.stage.sun.matrix_world = towards.to_track_quat("Z", "Y").to_matrix().to_4x4()
         self.suns = [self.stage.sun]
-        self.contestants = rough(used, quick, sunlit=True)
+        self.contestants = self.cast(used, quick)
         eevee = {1: 2, 16: 1} if quick else {1: 3, 4: 3, 16: 3, 64: 3, 256: 2}
         cycles = {1: 2, 4: 2, 16: 2, 64: 2} if quick else FULL
         # Realtime's samples are all at the pixel's center here, so that there is nothing to tell beyond the first
@@ -176,10 +185,13 @@ class Furnace(Sphere):
     reference_text = "The model's directional albedo at every pixel's N.V, by quadrature: exact to 2e-4."
     suns = ()
 
+    @staticmethod
+    def cast(used: Sequence[Engine], quick: bool) -> list[Contestant]:
+        return [one for one in rough(used, quick, sunlit=False) if not one.is_twin]
+
     def __init__(self, used: Sequence[Engine], quick: bool) -> None:
         super().__init__(used, quick)
         self.suns, self.world = (), uniform_world()
-        self.contestants = [one for one in rough(used, quick, sunlit=False) if not one.is_twin]
         if quick:
             self.ladders = {**self.ladders, EEVEE.key: Ladder({1: 1, 16: 1})}
         self.costs = {**self.costs, EEVEE.key: Cost(0.9, 0.015, 0.5)}
@@ -211,13 +223,17 @@ class Five(Stage):
     name = "five"
     title = "Five characters"
 
-    def __init__(self, used: Sequence[Engine], quick: bool, mesh: bpy.types.Mesh) -> None:
-        self.stage = five_characters.build(mesh, ALBEDO, True, FIVE)
-        self.scene = self.stage.scene
-        render.crop(self.scene, render.Region(ROOM, 0, FIVE[0] - ROOM, FIVE[1]))
+    @staticmethod
+    def cast(used: Sequence[Engine], quick: bool) -> list[Contestant]:
         slow = ("Signed", "Lamps") if quick else ()
         everyone = rough(used, True, sunlit=True)
-        self.contestants = [one for one in everyone if not (one.is_twin or (one.engine is EEVEE and one.mode in slow))]
+        return [one for one in everyone if not (one.is_twin or (one.engine is EEVEE and one.mode in slow))]
+
+    def __init__(self, used: Sequence[Engine], quick: bool, mesh: bpy.types.Mesh, bust: bool = True) -> None:
+        self.stage = five_characters.build(mesh, ALBEDO, bust, FIVE)
+        self.scene = self.stage.scene
+        render.crop(self.scene, render.Region(ROOM, 0, FIVE[0] - ROOM, FIVE[1]))
+        self.contestants = self.cast(used, quick)
         eevee = {1: 1, 4: 1} if quick else {1: 3, 4: 3, 16: 2, 64: 1}
         cycles = {1: 2, 4: 2, 16: 2, 64: 1} if quick else FULL
         realtime = {1: 1, 16: 1} if quick else {1: 3, 4: 3, 16: 2, 64: 1}
@@ -267,11 +283,12 @@ class FaceStage(Stage):
     title = "Face against the light"
     reference_text = "Cycles, the group Subsurface by Random Walk."
     reference_samples = 0
+    cast = staticmethod(translucent)
 
     def __init__(self, used: Sequence[Engine], quick: bool, mesh: bpy.types.Mesh) -> None:
         self.stage = face.build(mesh, True, FACE)
         self.head = self.stage.heads[BSSRDF]
-        self.contestants = translucent(used, quick)
+        self.contestants = self.cast(used, quick)
         eevee = {1: 1, 4: 1} if quick else {1: 3, 4: 3, 16: 2, 64: 1}
         cycles = {1: 2, 4: 2, 16: 2} if quick else FULL
         realtime = {1: 1, 16: 1} if quick else {1: 3, 4: 3, 16: 2, 64: 1}
@@ -320,3 +337,6 @@ class Silent:
 def mean(takes: Takes) -> array[float]:
     """Return the mean of two pictures."""
     return array("f", (0.5 * (a + b) for a, b in zip(*takes, strict=True)))
+
+
+STAGES: Mapping[str, type[Stage]] = {stage.name: stage for stage in (Sphere, Furnace, Five, FaceStage)}

@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Does tasks of a job that compare.py or report.py wrote with --job: as Open Job Description starts them, or by hand.
+
+uv run scripts/task.py render JOB                  does all that is not done yet, in one Blender
+uv run scripts/task.py collect JOB                 merges what is done
+blender -b --python scripts/task.py -- render JOB
+"""
+
+import hashlib
+import json
+import os
+import signal
+import sys
+from argparse import Namespace
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+import checkout  # noqa: F401 - makes this checkout the package true_diffuse
+from console import BAD_INPUT, BadInput, Parser, Terminal, script_arguments
+from frame import start_blender
+from outputs import Staging
+from true_diffuse.addon.studies.batch import worker
+from true_diffuse.addon.studies.batch.bundle import JOB
+from true_diffuse.addon.studies.batch.results import BatchError, Incomplete, Results
+
+if TYPE_CHECKING:
+    from true_diffuse.addon.engines import Engine
+    from true_diffuse.addon.studies.batch.worker import Request, Show
+
+KEEPER = os.getppid()  # before anything takes long: where it dies meanwhile, there would be another
+PARTS = "parts"  # the folder of the output that tasks write to
+STEPS = ("reference", "render")
+PARAMETERS = ("character", "frame", "engine", "look", "scene", "seed", "contestant")
+
+
+def main() -> int:
+    """Run the script; returns the exit status: 1 where a task failed, 2 for what the user can mend."""
+    options = parse(script_arguments())
+    try:
+        COMMANDS[options.command](options)
+    except Incomplete as error:
+        for problem in error.problems:
+            print(problem)
+        print(f"openjd_fail: {error}", flush=True)
+        return 1
+    except BatchError as error:
+        print(f"openjd_fail: {error}", flush=True)
+        return 1
+    except BadInput as error:
+        print(f"openjd_fail: {error}", flush=True)
+        print(f"task.py: error: {error}", file=sys.stderr)
+        return BAD_INPUT
+    return 0
+
+
+def parse(arguments: list[str]) -> Namespace:
+    """Return the options; ends the process with one line and status 2 where they make no sense."""
+    parser = Parser(prog="task.py", description=(__doc__ or "").splitlines()[0])
+    commands = parser.add_subparsers(dest="command", required=True, parser_class=Parser, metavar="COMMAND")
+    texts = {
+        "begin": "start the Blender of a session",
+        "reference": "render what others are held against",
+        "render": "do parts; without a choice all that are not done yet",
+        "collect": "merge what the parts came to",
+        "end": "end the Blender of a session",
+        "serve": "be the Blender of a session",
+    }
+    for name, text in texts.items():
+        command = commands.add_parser(name, help=text, description=text.capitalize(), prog=f"task.py {name}")
+        command.add_argument("job", type=Path, help="folder of the job's bundle")
+        command.add_argument("--session", type=Path, metavar="DIR", help="folder of the session; without it, no Blender is kept")
+        command.add_argument(
+            "--path-mapping", type=Path, metavar="FILE", help="where this machine has the paths of the job's files"
+        )
+        command.add_argument("--blender", default="", metavar="PATH", help="Blender to start in place of the module bpy")
+        if name in (*STEPS, "collect"):
+            command.add_argument("--out", type=Path, metavar="DIR", help="folder of the results (default: output, in the bundle)")
+        if name in STEPS:
+            for parameter in PARAMETERS:
+                command.add_argument(f"--{parameter}", help="as the job's template has it")
+        if name == "serve":
+            command.add_argument("--keeper", type=int, required=True, help="process that the session ends with")
+    options = parser.parse_args(arguments)
+    if options.command in ("begin", "end", "serve") and options.session is None:
+        parser.error(f"{options.command} needs --session")
+    return options
+
+
+def begin(options: Namespace) -> None:
+    """Start the Blender of a session."""
+    print("openjd_status: Starting Blender", flush=True)
+    read_job(options)
+    start(options)
+    print("openjd_progress: 100", flush=True)
+
+
+def start(options: Namespace) -> None:
+    """Start a worker that ends with the process that runs the session."""
+    here = Path(__file__).resolve()
+    command = [options.blender, "--background", "--python", here, "--"] if options.blender else [sys.executable, here]
+    mapping = ["--path-mapping", options.path_mapping] if options.path_mapping else []
+    serving = ["serve", options.job, "--session", options.session, "--keeper", str(KEEPER), *mapping]
+    worker.begin(options.session, [*command, *serving])
+
+
+def do(options: Namespace) -> None:
+    """Do a task, by the session's Blender or, where there is no session, in this process; say how far it is."""
+    out = (options.out or options.job / "output").absolute()
+    given = {name: getattr(options, name) for name in PARAMETERS if getattr(options, name, None) is not None}
+    request = {"step": options.command, "out": str(out), "parameters": given}
+    last = ""
+
+    def show(percent: float, text: str) -> None:
+        nonlocal last
+        if text != last:
+            print(f"openjd_status: {text}")
+            last = text
+        print(f"openjd_progress: {percent:.1f}", flush=True)
+
+    for line in by_hand(options, request, show) if options.session is None else in_session(options, request, show):
+        print(line)
+    print("openjd_progress: 100.0", flush=True)
+
+
+def by_hand(options: Namespace, request: "Request", show: "Show") -> list[str]:
+    """Do a request in this process, without Blender's chatter; returns what is to say of it. Raises BatchError, BadInput."""
+    with Terminal() as terminal:
+        sys.stdout = terminal.out
+        try:
+            return server(options, terminal)(request, show)
+        except BatchError as error:
+            failed = error
+        finally:
+            sys.stdout = sys.__stdout__
+    raise failed
+
+
+def in_session(options: Namespace, request: "Request", show: "Show") -> list[str]:
+    """Have the session's Blender do a request; returns what it says of it. Raises BatchError."""
+    try:
+        return worker.ask(options.session, request, show)
+    except ConnectionResetError as error:
+        raise BatchError(str(error)) from error
+    except ConnectionError:  # it has died before
+        start(options)
+        return worker.ask(options.session, request, show)
+
+
+def end(options: Namespace) -> None:
+    """End the Blender of a session."""
+    worker.end(options.session)
+
+
+def serve(options: Namespace) -> None:
+    """Be the Blender of a session."""
+    if hasattr(signal, "pthread_sigmask"):  # whoever started the session may have blocked it
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    worker.serve(options.session, options.keeper, server(options, Plain()))
+
+
+class Plain(Terminal):
+    """A terminal for a process whose output is a log already."""
+
+    def __init__(self) -> None:
+        self.out = sys.stdout
+
+
+def server(options: Namespace, terminal: Terminal) -> "Callable[[Request, Show], list[str]]":
+    """Start Blender and return what does requests."""
+    document, job = read_job(options)
+    if document["study"] == "report":
+        from report import NO_SHADER_CACHE
+
+        os.environ.update(NO_SHADER_CACHE)
+    usable = start_blender(document["order"]["engines"], terminal)
+    study = studies()[document["study"]](document, usable)
+
+    def answer(request: "Request", show: "Show") -> list[str]:
+        out = Path(request["out"])
+        results = Results(out / PARTS, job)
+        if request["step"] != "collect":
+            study.do(request["step"], request["parameters"], results, show)
+            return []
+        try:
+            with Staging(out) as staging:
+                show(0.0, "Collecting")
+                return study.collect(results, staging)
+        except BadInput as error:
+            raise BatchError(str(error)) from error
+
+    return answer
+
+
+def read_job(options: Namespace) -> tuple[dict[str, Any], str]:
+    """Return what the job orders, its files where this machine has them, and its name in results. Raises BadInput."""
+    path = options.job / JOB
+    try:
+        content = path.read_bytes()
+        document = json.loads(content)
+        rules = json.loads(options.path_mapping.read_bytes() or b"{}") if options.path_mapping else {}
+    except OSError as error:
+        raise BadInput(f"cannot read {error.filename}: {error.strerror}") from error
+    except ValueError as error:
+        raise BadInput(f"{path} is no job: {error}") from error
+    characters = document["order"].get("characters", {})
+    document["order"]["characters"] = {name: mapped(who, rules.get("path_mapping_rules", ())) for name, who in characters.items()}
+    return document, hashlib.sha256(content).hexdigest()
+
+
+def mapped(path: str, rules: list[dict[str, str]]) -> str:
+    """Return where this machine has a file, by the rules of the schema pathmapping-1.0."""
+    for rule in sorted(rules, key=lambda rule: -len(rule["source_path"])):
+        source = rule["source_path"].rstrip("/\\")
+        if path == source or path.startswith((f"{source}/", f"{source}\\")):
+            rest = path[len(source) :].replace("\\", "/").lstrip("/")
+            return str(Path(rule["destination_path"], rest))
+    return path
+
+
+def studies() -> "dict[str, Callable[[dict[str, Any], list[Engine]], Any]]":
+    """Return the studies that can be a job, by name."""
+    from jobs import CompareJob, ReportJob
+
+    return {"five": CompareJob, "face": CompareJob, "report": ReportJob}
+
+
+COMMANDS: dict[str, Callable[[Namespace], None]] = {
+    "begin": begin,
+    "reference": do,
+    "render": do,
+    "collect": do,
+    "end": end,
+    "serve": serve,
+}
+
+if __name__ == "__main__":
+    status = main()
+    sys.stdout.flush()
+    sys.exit(status)

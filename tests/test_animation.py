@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Keyed sigma, albedo and lamps over a film: its frames are the stills of their values, in every mode; noise does not flicker."""
+
+from dataclasses import astuple
+
+import pytest
+from true_diffuse.addon.engines import REALTIME
+from true_diffuse.addon.studies import animation
+
+# Blender works keys and drivers out in 32-bit floats, the stills' values come from 64-bit ones; the render itself is the same.
+# EEVEE adds light up in 16-bit floats, of which a value at the edge between two may get the other: a step of 2^-10.
+ROUNDING = {"cycles": 1e-5, "eevee": 2.0**-10, "realtime": 1e-5}
+
+
+def test_film_goes_evenly_from_start_to_end() -> None:
+    middle = animation.moment(animation.SLOW // 2, animation.SLOW - 1)
+    assert astuple(animation.moment(1)) == astuple(animation.START)
+    assert astuple(animation.moment(animation.LENGTH)) == pytest.approx(astuple(animation.END))
+    halves = [(a + b) / 2.0 for a, b in zip(astuple(animation.START), astuple(animation.END), strict=True)]
+    assert astuple(middle) == pytest.approx(halves)
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("mode", ["Lobes", "Lamps", *(pytest.param(mode, marks=pytest.mark.slow) for mode in ("Single", "Signed"))])
+def test_keyed_frames_are_the_stills_of_their_values(mode: str, engine) -> None:
+    if engine.key == "cycles" and mode in ("Single", "Signed"):
+        pytest.skip("Cycles renders it as Lobes")
+    assert animation.keyed_difference(mode, engine, samples=2, size=24, frames=(8, animation.LENGTH)) < ROUNDING[engine.key]
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("registered")
+def test_keyed_frames_of_realtime_are_the_stills_of_their_values(eevee_runs_here: bool) -> None:
+    if not eevee_runs_here:
+        pytest.skip("Realtime finds no graphics driver here")
+    assert animation.keyed_difference("Lobes", REALTIME, samples=2, size=24, frames=(8, animation.LENGTH)) < ROUNDING["realtime"]
+
+
+@pytest.mark.slow
+@pytest.mark.render
+def test_noise_does_not_flicker(engine) -> None:
+    seen = animation.flicker("Lobes", engine, samples=4, size=32)
+    assert seen.noise > 2e-3  # there is some, beyond EEVEE's rounding
+    assert seen.still == 0.0  # the same random numbers in every frame
+    assert 0.0 < seen.moving < seen.noise
