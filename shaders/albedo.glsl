@@ -7,12 +7,6 @@
 // Include geometry.glsl, fujii.glsl, eon.glsl and wolff.glsl before it.
 // In all of them mu: N.V, 0 to 1, clamped, NaN gives 0. rho: the albedo, 0 to 1, clamped, NaN gives 0.
 
-// Returns the albedo of lambert.glsl.
-vec3 lambert_albedo(float mu, vec3 rho)
-{
-    return diffuse_albedo(rho);
-}
-
 // Returns 1 - E(mu) of Fujii's model over A r (K1 - K2).
 float albedo_missing(float mu)
 {

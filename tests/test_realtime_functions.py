@@ -57,7 +57,7 @@ class Albedo(NamedTuple):
 
 def albedos() -> list[Albedo]:
     """Return every model but `specular`, each with some shapes."""
-    listed = [Albedo("lambert", "", models.Lambert(), (0.0,), 0.0), Albedo("pits", "", models.Pits(), (0.0,), 0.0)]
+    listed = [Albedo("pits", "", models.Pits(), (0.0,), 0.0)]
     for sigma in (0.1, 0.33, 0.66):
         short, full = models.OrenNayar(sigma), models.OrenNayar1994(sigma)
         listed.append(Albedo("oren_nayar", ", b.xy", short, (short.a, short.b), 0.0))

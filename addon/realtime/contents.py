@@ -62,7 +62,8 @@ class Contents:
     @property
     def notes(self) -> list[str]:
         """What is not drawn as it should be."""
-        return self._left_out + sorted({f"{look.source.file} cannot be read" for look in self.looks.values() if look.lacks_image})
+        lacking = {look.texture.file for look in self.looks.values() if look.texture and look.lacks_image}
+        return self._left_out + [f"{file} cannot be read" for file in sorted(lacking)]
 
     def light(self) -> Light:
         """Return what the light asks of all shaders."""

@@ -117,15 +117,15 @@ class Targets:
 
     def _allocate(self) -> None:
         count = 4 if self.scattering else 1
-        self.colors = [self._texture() for _ in range(count)]
+        self.colors = [self.texture() for _ in range(count)]
         self.depth = gpu.types.GPUTexture((self.width, self.height), format="DEPTH_COMPONENT32F")
         self.surfaces = gpu.types.GPUFrameBuffer(depth_slot=self.depth, color_slots=self.colors)
-        self.gathered = self._texture() if self.scattering else self.colors[0]
+        self.gathered = self.texture() if self.scattering else self.colors[0]
         self.gathering = gpu.types.GPUFrameBuffer(color_slots=self.gathered)
-        self.sum = self._texture()
+        self.sum = self.texture()
         self.summing = gpu.types.GPUFrameBuffer(color_slots=self.sum)
 
-    def _texture(self) -> gpu.types.GPUTexture:
+    def texture(self) -> gpu.types.GPUTexture:
         return gpu.types.GPUTexture((self.width, self.height), format="RGBA32F")
 
 
@@ -138,12 +138,18 @@ class Painter:
         self._looks: dict[Look, gpu.types.GPUUniformBuf] = {}
         self._images: dict[Look, gpu.types.GPUTexture] = {}
         self.notes: list[str] = []
-        self._targets: Targets | None = None
+        self._kept: Targets | None = None
         self._shadow_map: gpu.types.GPUTexture | None = None
         self._shadowed: list[shadows.Tile] | None = None
         self._parts: list[Part] = []
         self._order: list[tuple[Variant, Look, list[Part]]] = []
         self._samples = 0
+
+    @property
+    def _targets(self) -> Targets:
+        if self._kept is None:
+            raise RuntimeError("no picture is begun")
+        return self._kept
 
     def refresh(self) -> None:
         """Take over what `contents` has read anew."""
@@ -172,9 +178,9 @@ class Painter:
         """Start a picture: nothing is in it yet."""
         scattering = self.contents.scatters
         size = (view.width, view.height, scattering)
-        if self._targets is None or (self._targets.width, self._targets.height, self._targets.scattering) != size:
-            self._targets = None  # the driver may not have room for both
-            self._targets = Targets(*size)
+        if self._kept is None or (self._kept.width, self._kept.height, self._kept.scattering) != size:
+            self._kept = None  # the driver may not have room for both
+            self._kept = Targets(*size)
         self._targets.sum.clear(format="FLOAT", value=CLEAR)
         self._samples = 0
         self._draw_shadows(view)
@@ -212,11 +218,12 @@ class Painter:
         shader.uniform_sampler("sum_map", self._targets.sum)
         shader.uniform_float("weight", 1.0 / self._samples)
         self._covering.draw(shader)
+        gpu.shader.unbind()  # else Blender keeps what forget_shaders frees
 
     def read(self) -> gpu.types.Buffer:
         """Return the picture so far: red, green, blue, alpha of each pixel, rows from the bottom."""
         targets = self._targets
-        finished = Targets._texture(targets)
+        finished = targets.texture()
         with gpu.types.GPUFrameBuffer(color_slots=finished).bind():
             self.show()
         pixels = finished.read()
@@ -245,10 +252,9 @@ class Painter:
             shader.bind()
             for tile in tiles:
                 self._shadow_target.viewport_set(tile.x, tile.y, tile.size, tile.size)
-                shader.uniform_float("lamp_matrix", tile.matrix)
                 for part in self.contents.parts:
                     if part.casts:
-                        shader.uniform_float("object_matrix", part.matrix)
+                        shader.uniform_float("matrix", tile.matrix @ part.matrix)
                         look = self.contents.looks[part.material]
                         part.mesh.batch(part.slot, look.paint, look.attribute).draw(shader)
             self._shadow_target.viewport_set(0, 0, across, across)
@@ -268,8 +274,10 @@ class Painter:
                 if variant.light.shadows:
                     shader.uniform_block("shadows", self._shadow_block)
                     shader.uniform_sampler("shadow_map", self._shadow_map)
-                if variant.paint is Paint.IMAGE:
-                    self._images[look].extend_mode(EXTENSIONS[look.source.wrap])  # here, as the looks of an image share its texture
+                if look.texture:
+                    self._images[look].extend_mode(
+                        EXTENSIONS[look.texture.wrap]
+                    )  # here, as the looks of an image share its texture
                     shader.uniform_sampler("color_image", self._images[look])
                 for part in parts:
                     shader.uniform_float("object_matrix", part.matrix)
@@ -294,13 +302,13 @@ class Painter:
 
     def _image(self, look: Look) -> gpu.types.GPUTexture:
         """Return the image of `look` on the driver; black where there is none."""
-        if not look.lacks_image:
+        if look.texture and not look.lacks_image:
             try:
                 texture = gpu.texture.from_image(look.image)
                 texture.filter_mode(True)
                 return texture
             except RuntimeError:
-                self.notes.append(f"The graphics driver has no room for {look.source.file}, which is drawn black")
+                self.notes.append(f"The graphics driver has no room for {look.texture.file}, which is drawn black")
         texture = gpu.types.GPUTexture((1, 1), format="RGBA8")
         texture.clear(format="FLOAT", value=CLEAR)
         return texture

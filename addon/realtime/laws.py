@@ -30,7 +30,7 @@ class Law:
     more: str = ""
 
 
-def _nothing(inputs: Numbers) -> Folded:
+def _nothing(_inputs: Numbers) -> Folded:
     return ()
 
 
@@ -68,7 +68,7 @@ def _law(stem: str, fold: Callable[[Numbers], Folded], *shape: str) -> Law:
     return Law(stem, f"{stem}_radiance(n, l, v, albedo{folded})", f"{stem}_albedo(mu, albedo{folded})", fold)
 
 
-LAMBERT = _law("lambert", _nothing)
+LAMBERT = Law("lambert", "lambert_radiance(n, l, v, albedo)", "diffuse_albedo(albedo)", _nothing)
 SPECULAR = _law("specular", _specular, "x", "y")
 LAWS: Mapping[str, Law] = {  # by the entries of the menu Model
     "Lambert": LAMBERT,

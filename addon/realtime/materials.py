@@ -47,8 +47,13 @@ class Look:
         return self.scattering[3] > 0.0 and any(self.scattering[:3])
 
     @property
+    def texture(self) -> Image | None:
+        """The image texture that colors it."""
+        return self.source if isinstance(self.source, Image) else None
+
+    @property
     def lacks_image(self) -> bool:
-        return isinstance(self.source, Image) and (self.image is None or (not self.image.has_data and not self.image.size[0]))
+        return self.texture is not None and (self.image is None or (not self.image.has_data and not self.image.size[0]))
 
     def packed(self) -> bytes:
         """Return the struct Material of program.py."""
@@ -56,7 +61,7 @@ class Look:
 
 
 def look_of(material: bpy.types.Material | None, meter: float) -> Look:
-    """Return how `material` is drawn; `meter` is a meter in the scene's units. One that is not ours is Lambert's, of its base color."""
+    """Return how `material` is drawn; `meter` is a meter in the scene's units. One not ours is Lambert's, of its base color."""
     if material is None:
         return Look(LAMBERT, GRAY)
     images: dict[str, bpy.types.Image] = {}
@@ -75,7 +80,7 @@ def look_of(material: bpy.types.Material | None, meter: float) -> Look:
         look = _ours(surface, meter)
     if look.source is None:
         return look
-    image = images.get(look.source.file) if isinstance(look.source, Image) else None
+    image = images.get(look.texture.file) if look.texture else None
     factor = look.source.factor
     return Look(look.law, (factor, factor, factor), look.shape, look.coat, look.scattering, look.source, image)
 

@@ -18,6 +18,7 @@ LARGEST = 1e18  # its square is a number of 32 bits, too
 WIDTHS = {Paint.ATTRIBUTE: ("color", 4), Paint.IMAGE: ("uv", 2)}  # what the shader calls it, and its components
 
 type Point = tuple[float, float, float]
+type Floats = memoryview[float]
 
 
 class Mesh:
@@ -58,7 +59,7 @@ class Mesh:
         for slot in set(slots):
             self.parts[slot] = _indices(triangles, [index == slot for index in slots] if len(set(slots)) > 1 else None)
 
-    def _sound(self, placed: memoryview, triangles: array[int], slots: array[int]) -> tuple[array[int], array[int]]:
+    def _sound(self, placed: Floats, triangles: array[int], slots: array[int]) -> tuple[array[int], array[int]]:
         """Return `triangles` and `slots` without the triangles that are not sound."""
         sound = [is_sound(placed[3 * at : 3 * at + 3]) for at in range(len(placed) // 3)]
         keep = [all(sound[corner] for corner in triangles[at : at + CORNERS]) for at in range(0, len(triangles), CORNERS)]
@@ -94,7 +95,7 @@ def is_sound(numbers: Iterable[float]) -> bool:
     return all(abs(number) < LARGEST for number in numbers)
 
 
-def _gathered(values: array[float], width: int, indices: array[int]) -> memoryview:
+def _gathered(values: array[float], width: int, indices: array[int]) -> Floats:
     """Return the `width` floats of each of `indices`, in their order."""
     raw, size = values.tobytes(), 4 * width
     items = [raw[at : at + size] for at in range(0, len(raw), size)]
@@ -110,7 +111,7 @@ def _indices(triangles: array[int], keep: list[bool] | None) -> gpu.types.GPUInd
     return gpu.types.GPUIndexBuf(type="TRIS", seq=memoryview(chosen).cast("B").cast("i", (len(chosen) // CORNERS, CORNERS)))
 
 
-def _vertices(count: int, attributes: dict[str, tuple[int, memoryview | array[float]]]) -> gpu.types.GPUVertBuf:
+def _vertices(count: int, attributes: dict[str, tuple[int, Floats | array[float]]]) -> gpu.types.GPUVertBuf:
     """Return a buffer of `count` vertices with `attributes`: for each its components and its values."""
     layout = gpu.types.GPUVertFormat()
     for name, (width, _) in attributes.items():
@@ -121,7 +122,7 @@ def _vertices(count: int, attributes: dict[str, tuple[int, memoryview | array[fl
     return vertices
 
 
-def _hull(positions: array[float], placed: memoryview, triangles: array[int]) -> list[Point]:
+def _hull(positions: array[float], placed: Floats, triangles: array[int]) -> list[Point]:
     """Return the corners of few triangles themselves, of many those of their box: 12 triangles."""
     if len(triangles) <= FEW * CORNERS:
         return [(placed[3 * corner], placed[3 * corner + 1], placed[3 * corner + 2]) for corner in triangles]
@@ -133,7 +134,7 @@ def _hull(positions: array[float], placed: memoryview, triangles: array[int]) ->
     return [box[corner] for a, b, c, d in faces for corner in (a, b, c, a, c, d)]
 
 
-def _colors(mesh: bpy.types.Mesh, name: str, corners: array[int]) -> memoryview | array[float] | None:
+def _colors(mesh: bpy.types.Mesh, name: str, corners: array[int]) -> Floats | array[float] | None:
     """Return a linear color for each corner; None where `mesh` has no such attribute."""
     shown = mesh.color_attributes.render_color_index
     found = mesh.color_attributes[shown] if name == DEFAULT_COLOR and 0 <= shown < len(mesh.color_attributes) else None

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from ..glsl import SHADERS, source
-from .laws import Law
+from .laws import LAMBERT, Law
 
 MOST_LAMPS = 64
 KINDS = ("SUN", "POINT", "SPOT", "AREA")  # as Blender calls them, in the order of shaders/lamps.glsl
@@ -43,7 +43,7 @@ class Light:
 
 @dataclass(frozen=True)
 class Variant:
-    """A surface shader. `scatters`: the material does; `scattering`: something in the scene does, so that all write what that needs."""
+    """A surface shader. `scatters`: the material does; `scattering`: something in the scene does, so all write what that needs."""
 
     law: Law
     paint: Paint
@@ -79,7 +79,7 @@ def surface(variant: Variant) -> Program:
     stems, defines = [law.stem], [f"{kind} {number}.0" for number, kind in enumerate(KINDS) if kind in light.kinds]
     for used, name, needs in (
         (light.shadows, "SHADOWS", ()),
-        (light.ambient, "AMBIENT", ("albedo",)),
+        (light.ambient, "AMBIENT", () if law is LAMBERT else ("albedo",)),
         (variant.coat, "COAT", ("coat",)),
         (variant.scatters, "SCATTERS", ("burley",)),
         (variant.scattering, "SCATTERING", ()),
@@ -116,14 +116,16 @@ def shadow() -> Program:
     """Return the program that draws how far from a lamp surfaces are."""
     return Program(
         "true_diffuse_shadow",
-        "void main() { gl_Position = lamp_matrix * (object_matrix * vec4(position, 1.0)); }",
+        "void main() { gl_Position = matrix * vec4(position, 1.0); }",
         _file("shadow_fragment"),
         {"position": "VEC3", "normal": "VEC3"},
-        constants={"lamp_matrix": "MAT4", "object_matrix": "MAT4"},
+        constants={"matrix": "MAT4"},  # from the object to the lamp's clip space: there is room for two, but Blender takes some
     )
 
 
-def whole(name: str, samplers: Mapping[str, str], constants: Mapping[str, str], stems: tuple[str, ...] = (), **blocks: str) -> Program:
+def whole(
+    name: str, samplers: Mapping[str, str], constants: Mapping[str, str], stems: tuple[str, ...] = (), **blocks: str
+) -> Program:
     """Return the program of shaders/realtime/NAME.glsl, which covers the picture; `stems` of shaders/ are included before it."""
     return Program(
         f"true_diffuse_{name}",
@@ -137,7 +139,7 @@ def whole(name: str, samplers: Mapping[str, str], constants: Mapping[str, str], 
 
 
 def structs(program: Program) -> str:
-    """Return the declarations of the structs that `program`'s blocks are made of, for std140: of vectors and matrices of four alone."""
+    """Return the declarations of the structs that `program`'s blocks are made of, for std140: vectors and matrices of four."""
     return program.types + "".join(f"struct {kind} {{ {STRUCTS[kind]} }};\n" for kind in program.blocks.values())
 
 

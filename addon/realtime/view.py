@@ -39,10 +39,8 @@ class View:
     def pixel_size(self) -> tuple[float, float]:
         """Return what a pixel covers across and along [m], at a depth of 1 m or, in a parallel projection, anywhere."""
         right, up, _, ahead = (row.to_3d() for row in self.projection)  # `ahead` is a unit vector, or 0
-        return tuple(
-            2.0 / (max((row - row.dot(ahead) * ahead).length, 1e-30) * pixels)
-            for row, pixels in ((right, self.width), (up, self.height))
-        )
+        across, along = (2.0 / max((row - row.dot(ahead) * ahead).length, 1e-30) for row in (right, up))
+        return across / self.width, along / self.height
 
     def packed(self, world: tuple[float, float, float]) -> bytes:
         """Return the struct View of program.py, with the world's radiance [W/(m^2 sr)]."""
@@ -52,8 +50,8 @@ class View:
 def offset(sample: int, size: float) -> tuple[float, float]:
     """Return where a sample is taken, right of and above the pixel's center [pixels], in a filter `size` pixels wide.
 
-    The first is the center's; the rest follow the additive recurrence of the plastic number, which fills a square evenly (M. Roberts,
-    2018), with the density of Blackman and Harris's window, so that all count alike.
+    The first is the center's; the rest follow the additive recurrence of the plastic number, which fills a square evenly
+    (M. Roberts, 2018), with the density of Blackman and Harris's window, so that all count alike.
     """
     x, y = (_windowed((0.5 + sample * step) % 1.0) for step in (0.7548776662466927, 0.5698402909980532))
     return x * size, y * size

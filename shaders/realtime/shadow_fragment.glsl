@@ -4,6 +4,6 @@
 
 void main()
 {
-    bool is_spot = vec3(lamp_matrix[0].w, lamp_matrix[1].w, lamp_matrix[2].w) != vec3(0.0);
+    bool is_spot = vec3(matrix[0].w, matrix[1].w, matrix[2].w) != vec3(0.0);
     result = vec4(is_spot ? 1.0 / gl_FragCoord.w : gl_FragCoord.z * 2.0 - 1.0, 0.0, 0.0, 1.0);
 }

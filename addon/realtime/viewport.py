@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A viewport of the realtime engine: draws one more sample each time until there are enough."""
+
+from functools import partial
+
+import bpy
+
+from mathutils import Vector
+
+from .contents import Contents
+from .drawing import Painter, Refused
+from .final import background, failed
+from .view import View
+
+
+class Viewport:
+    """What an engine keeps for a viewport."""
+
+    def __init__(self) -> None:
+        self._contents: Contents | None = None
+        self._painter: Painter | None = None
+        self._is_sent = False  # what has changed, to the driver
+        self._view: View | None = None
+        self._sample = 0  # how many the picture of `_view` has
+        self._refused_size: tuple[int, int] | None = None  # for which the driver refuses something
+
+    def update(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Read what changed."""
+        self._view = self._refused_size = None
+        self._is_sent = False
+        try:
+            if self._contents is None:
+                self._contents = Contents()
+            space = context.space_data
+            self._contents.update(depsgraph, lambda item: item.original.visible_in_viewport_get(space))
+        except Exception as error:
+            self._contents = self._painter = None
+            self._refuse(engine, failed(error))
+
+    def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, scene: bpy.types.Scene) -> None:
+        """Draw one more sample, and all so far into the window; ask for the next."""
+        size = (context.region.width, context.region.height)
+        if self._contents is None or self._refused_size == size:
+            return
+        try:
+            if self._painter is None:
+                self._painter = Painter(self._contents)
+            if not self._is_sent:  # here, as Blender may have no graphics context while it updates
+                self._painter.refresh()
+                self._is_sent = True
+            self._draw(engine, context, scene, self._painter)
+        except Refused as error:  # another size may do
+            self._refused_size = size
+            self._refuse(engine, str(error))
+        except Exception as error:  # nothing is drawn until something changes, then all anew
+            self._contents = self._painter = None
+            self._refuse(engine, failed(error))
+
+    def _refuse(self, engine: bpy.types.RenderEngine, message: str) -> None:
+        """Say in the viewport and in the status bar why nothing is drawn."""
+        self._view = None
+        engine.update_stats(engine.bl_label, message)
+        engine.report({"ERROR"}, message)
+
+    def _draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, scene: bpy.types.Scene, painter: Painter) -> None:
+        view = _window(context)
+        if view != self._view:
+            painter.begin(view)
+            self._view, self._sample = view, 0
+        if self._sample < scene.true_diffuse.viewport_samples:
+            painter.add(view, self._sample, scene.render.filter_size, background(scene, painter.contents))
+            self._sample += 1
+        engine.bind_display_space_shader(scene)
+        try:
+            painter.show_blended()
+        finally:
+            engine.unbind_display_space_shader()
+        engine.update_stats(f"Sample {self._sample}", "; ".join((*painter.contents.notes, *painter.notes)))
+        if self._sample < scene.true_diffuse.viewport_samples:
+            bpy.app.timers.register(partial(redraw, context.area.as_pointer()))  # what asks for it while it is drawn is not heard
+
+
+def _window(context: bpy.types.Context) -> View:
+    """Return the view of a viewport."""
+    region, view = context.region, context.region_data
+    place = view.view_matrix.inverted_safe()
+    eye = place.translation.copy() if view.is_perspective else (place.to_3x3() @ Vector((0.0, 0.0, 1.0))).normalized()
+    return View(view.perspective_matrix.copy(), eye, view.is_perspective, region.width, region.height)
+
+
+def redraw(area: int) -> None:
+    """Draw a viewport again, unless it is gone: `area` is where it was in memory."""
+    for window in bpy.context.window_manager.windows:
+        for shown in window.screen.areas:
+            if shown.as_pointer() == area:
+                shown.tag_redraw()

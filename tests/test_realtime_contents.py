@@ -1,0 +1,502 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the realtime engine reads and sends again after an edit, and what it compiles: no more than changed, and no less."""
+
+import math
+import re
+from collections.abc import Callable, Iterator
+from itertools import product
+
+import bpy
+
+import bmesh
+import pytest
+from mathutils import Matrix, Vector
+from true_diffuse.addon import materials
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
+from true_diffuse.addon.realtime import contents, drawing, laws, program, shadows
+from true_diffuse.addon.realtime.view import View
+
+WIDTH, HEIGHT = 48, 32
+# From above, 12 m across. The world and the lamps are in meters.
+ABOVE = View(Matrix.Diagonal((1.0 / 6.0, 1.0 / 4.0, -0.01, 1.0)), Vector((0.0, 0.0, 1.0)), False, WIDTH, HEIGHT)
+BLACK = (0.0, 0.0, 0.0, 1.0)
+
+
+@pytest.fixture(autouse=True)
+def driver(request, eevee_runs_here: bool) -> None:
+    if request.node.get_closest_marker("render"):
+        if not eevee_runs_here:
+            pytest.skip("no graphics driver here")
+        import gpu
+
+        gpu.init()
+
+
+def add(x: float, z: float = 0.0, size: float = 1.5) -> bpy.types.Object:
+    mesh = bpy.data.meshes.new("Square")
+    mesh.from_pydata([(-size, -size, 0.0), (size, -size, 0.0), (size, size, 0.0), (-size, size, 0.0)], [], [(0, 1, 2, 3)])
+    item = bpy.data.objects.new("Square", mesh)
+    item.location = (x, 0.0, z)
+    bpy.context.scene.collection.objects.link(item)
+    return item
+
+
+@pytest.fixture(scope="module")
+def blend(tmp_path_factory) -> str:
+    """A file of three squares under a sun: a material's groups take long to make."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    for k, x in enumerate((-4.0, 0.0, 4.0)):
+        add(x).data.materials.append(materials.create(f"Material {k}", ROUGH_DIFFUSE, Roughness=0.1 * k))
+    materials.create("Coated", SUBSURFACE, Specular=0.5).use_fake_user = True
+    sun = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    sun.data.energy = 1.0
+    sun.rotation_euler = (0.3, 0.2, 0.0)
+    bpy.context.scene.collection.objects.link(sun)
+    bpy.context.scene.world = bpy.data.worlds.new("World")
+    path = str(tmp_path_factory.mktemp("stage") / "stage.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    return path
+
+
+class Stage:
+    """The file, and what a viewport would keep of it: `read` is done at each update, as Blender has it."""
+
+    def __init__(self, blend: str) -> None:
+        bpy.ops.wm.open_mainfile(filepath=blend)
+        self.scene = bpy.context.scene
+        self.objects = sorted((item for item in bpy.data.objects if item.type == "MESH"), key=lambda item: item.location.x)
+        self.materials = [bpy.data.materials[f"Material {k}"] for k in range(3)]
+        self.sun = bpy.data.objects["Sun"]
+        self.background("Color", (0.0, 0.0, 0.0, 1.0))
+        self.kept = contents.Contents()
+        self.painter = drawing.Painter(self.kept)
+
+    def background(self, socket: str, value: object) -> None:
+        self.scene.world.node_tree.nodes["Background"].inputs[socket].default_value = value
+
+    def group(self, number: int) -> bpy.types.Node:
+        return next(node for node in self.materials[number].node_tree.nodes if node.type == "GROUP")
+
+    def read(self, scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+        self.kept.update(depsgraph)
+        self.painter.refresh()
+
+    def edit(self, change: Callable[[], object]) -> None:
+        """Change something, and tell Blender."""
+        change()
+        bpy.context.view_layer.update()
+
+    def assert_as_new(self) -> list[float]:
+        """Assert that the picture is that of a viewport which has just been opened; return its pixels' red."""
+        now = contents.Contents()
+        now.update(bpy.context.evaluated_depsgraph_get())
+        opened = drawing.Painter(now)
+        opened.refresh()
+        pixels = picture(self.painter)
+        assert pixels == picture(opened)
+        return pixels[::4]
+
+
+def picture(painter: drawing.Painter) -> list[float]:
+    painter.begin(ABOVE)
+    painter.add(ABOVE, 0, 0.0, BLACK)
+    return painter.read().to_list()
+
+
+def column(pixels: list[float], x: float) -> float:
+    """Return the radiance at a place on the x axis."""
+    return pixels[WIDTH * (HEIGHT // 2) + round((x + 6.0) * WIDTH / 12.0 - 0.5)]
+
+
+@pytest.fixture
+def stage(blend: str, monkeypatch) -> Iterator[Stage]:
+    monkeypatch.setattr(shadows, "MAP_SIZE", 256)  # a graphics driver in software is slow with more
+    made = Stage(blend)
+    handlers = (bpy.app.handlers.depsgraph_update_post, bpy.app.handlers.frame_change_post)
+    for handler in handlers:
+        handler.append(made.read)
+    made.sun.update_tag()  # so that there is a first update
+    bpy.context.view_layer.update()
+    yield made
+    for handler in handlers:
+        handler.remove(made.read)
+
+
+@pytest.fixture
+def sent(monkeypatch) -> dict[str, int]:
+    """How many meshes, blocks of numbers and programs have been sent to the driver, and shadow maps drawn."""
+    counts = dict.fromkeys(("meshes", "blocks", "programs"), 0)
+
+    def counted(name: str, real: Callable) -> Callable:
+        def counting(*arguments: object) -> object:
+            counts[name] += 1
+            return real(*arguments)
+
+        return counting
+
+    monkeypatch.setattr(contents, "Mesh", counted("meshes", contents.Mesh))
+    monkeypatch.setattr(drawing, "_block", counted("blocks", drawing._block))
+    monkeypatch.setattr(drawing, "compiled", counted("programs", drawing.compiled))
+    return counts
+
+
+# ---- what is read again
+
+
+def moved(stage: Stage) -> None:
+    stage.objects[1].location.x = 0.5
+
+
+def turned_away(stage: Stage) -> None:
+    stage.objects[1].scale.z = -1.0
+
+
+def sigma(stage: Stage) -> None:
+    stage.group(1).inputs["Roughness"].default_value = 0.9
+
+
+def model(stage: Stage) -> None:
+    stage.group(1).inputs["Model"].default_value = "Lambert"
+
+
+def mesh_edited(stage: Stage) -> None:
+    stage.objects[1].data.vertices[0].co.x = -1.0
+    stage.objects[1].data.update()
+
+
+def lamp_changed(stage: Stage) -> None:
+    stage.sun.data.energy = 2.0
+
+
+def lamp_turned(stage: Stage) -> None:
+    stage.sun.rotation_euler.x = 0.9
+
+
+def shadows_off(stage: Stage) -> None:
+    stage.sun.data.use_shadow = False
+
+
+def world_changed(stage: Stage) -> None:
+    stage.background("Color", (0.2, 0.4, 0.6, 1.0))
+
+
+def added(stage: Stage) -> None:
+    stage.objects.append(add(2.0, 1.0, 0.5))
+
+
+def deleted(stage: Stage) -> None:
+    bpy.data.objects.remove(stage.objects.pop(1))
+
+
+def hidden_from_camera(stage: Stage) -> None:
+    stage.objects[1].visible_camera = False
+
+
+def hidden_from_camera_with_sigma(stage: Stage) -> None:
+    sigma(stage)
+    stage.objects[1].visible_camera = False
+
+
+def other_material(stage: Stage) -> None:
+    stage.objects[1].material_slots[0].material = stage.materials[2]
+
+
+def color_from_attribute(stage: Stage) -> None:
+    mesh = stage.objects[1].data
+    for corner in mesh.color_attributes.new("Color", "FLOAT_COLOR", "CORNER").data:
+        corner.color = (0.5, 0.25, 0.125, 1.0)
+    tree = stage.materials[1].node_tree
+    attribute = tree.nodes.new("ShaderNodeVertexColor")
+    attribute.layer_name = "Color"
+    tree.links.new(attribute.outputs["Color"], stage.group(1).inputs["Color"])
+
+
+def color_no_longer_from_attribute(stage: Stage) -> None:
+    color_from_attribute(stage)
+    bpy.context.view_layer.update()
+    tree = stage.materials[1].node_tree
+    tree.links.remove(stage.group(1).inputs["Color"].links[0])
+
+
+def driven(stage: Stage) -> None:
+    """Sigma by an object's place."""
+    driver = stage.group(1).inputs["Roughness"].driver_add("default_value").driver
+    driver.type = "SUM"
+    variable = driver.variables.new()
+    variable.targets[0].id, variable.targets[0].data_path = stage.objects[2], "location.y"
+    bpy.context.view_layer.update()
+    stage.objects[2].location.y = 0.7
+
+
+def another_frame(stage: Stage) -> None:
+    socket, light = stage.group(1).inputs["Roughness"], stage.sun.data
+    for frame, value in ((1, 0.1), (11, 1.1)):
+        socket.default_value, light.energy = value, 1.0 + value
+        socket.keyframe_insert("default_value", frame=frame)
+        light.keyframe_insert("energy", frame=frame)
+    bpy.context.view_layer.update()
+    stage.scene.frame_set(6)
+
+
+def in_edit_mode(stage: Stage) -> None:
+    bpy.context.view_layer.objects.active = stage.objects[1]
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.context.view_layer.update()
+    stage.assert_as_new()
+    mesh = bmesh.from_edit_mesh(stage.objects[1].data)
+    mesh.verts.ensure_lookup_table()
+    mesh.verts[0].co.x = 0.5
+    bmesh.update_edit_mesh(stage.objects[1].data)
+
+
+def after_edit_mode(stage: Stage) -> None:
+    in_edit_mode(stage)
+    bpy.context.view_layer.update()
+    stage.assert_as_new()
+    bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def curve_edited(stage: Stage) -> None:
+    """Blender makes its mesh on demand, in the same place each time."""
+    curve = bpy.data.curves.new("Curve", "CURVE")
+    curve.dimensions, curve.fill_mode = "2D", "BOTH"
+    spline = curve.splines.new("POLY")
+    spline.points.add(2)
+    for point, (x, y) in zip(spline.points, ((1.0, 2.0), (3.0, 2.0), (2.0, 3.5)), strict=True):
+        point.co = (x, y, 0.0, 1.0)
+    spline.use_cyclic_u = True
+    stage.scene.collection.objects.link(bpy.data.objects.new("Curve", curve))
+    bpy.context.view_layer.update()
+    stage.assert_as_new()
+    spline.points[2].co.y = 2.5
+
+
+def instanced(stage: Stage) -> None:
+    """Another object's mesh is edited, of which a collection's instance stands elsewhere."""
+    collection = bpy.data.collections.new("Instanced")
+    collection.objects.link(stage.objects[1])
+    empty = bpy.data.objects.new("Instance", None)
+    empty.instance_type, empty.instance_collection, empty.location.x = "COLLECTION", collection, 2.0
+    stage.scene.collection.objects.link(empty)
+    bpy.context.view_layer.update()
+    mesh_edited(stage)
+
+
+def override(stage: Stage) -> None:
+    bpy.context.view_layer.material_override = stage.materials[2]
+
+
+# For each edit: how many meshes are read again.
+EDITS = {
+    moved: 0,
+    turned_away: 0,
+    sigma: 0,
+    model: 0,
+    mesh_edited: 1,
+    lamp_changed: 0,
+    lamp_turned: 0,
+    shadows_off: 0,
+    world_changed: 0,
+    added: 1,
+    deleted: 0,
+    hidden_from_camera: 0,
+    hidden_from_camera_with_sigma: 0,
+    color_no_longer_from_attribute: None,
+    color_from_attribute: 1,  # the mesh has a new attribute
+    driven: 0,
+    another_frame: 0,
+    override: 0,
+    curve_edited: None,
+    in_edit_mode: None,
+    after_edit_mode: None,
+    instanced: 1,  # for both
+}
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("change", EDITS, ids=lambda change: change.__name__)
+def test_edit_reads_what_changed_alone(stage: Stage, sent: dict[str, int], change: Callable[[Stage], None]) -> None:
+    before = {part.mesh for part in stage.kept.parts}
+    stage.assert_as_new()
+    sent["meshes"] = 0
+    stage.edit(lambda: change(stage))
+    if EDITS[change] is not None:
+        assert sent["meshes"] == EDITS[change]
+        assert len({part.mesh for part in stage.kept.parts} - before) == EDITS[change]
+    stage.assert_as_new()
+
+
+@pytest.mark.render
+def test_edits_show(stage: Stage) -> None:
+    """Lambert's model in closed form, edit for edit: 0.8 / pi of the irradiance, and of the world's light 0.8."""
+    stage.sun.rotation_euler = (0.5, 0.0, 0.0)
+    for number in range(3):
+        stage.group(number).inputs["Model"].default_value = "Lambert"
+        stage.group(number).inputs["Color"].default_value = (0.8, 0.8, 0.8, 1.0)
+    stage.edit(lambda: None)
+    lit = 0.8 / math.pi * math.cos(0.5)
+
+    def at(*places: float) -> list[float]:
+        pixels = stage.assert_as_new()
+        return [column(pixels, place) for place in places]
+
+    near = pytest.approx  # 1e-6 of it: numbers of 32 bits
+    assert at(-4.0, 0.0, 4.0, -2.0) == near([lit, lit, lit, 0.0])
+    stage.edit(lambda: setattr(stage.sun.data, "energy", 2.0))
+    assert at(0.0) == near([2.0 * lit])
+    stage.edit(lambda: setattr(stage.group(0).inputs["Color"], "default_value", (0.4, 0.4, 0.4, 1.0)))
+    assert at(-4.0, 0.0) == near([lit, 2.0 * lit])
+    stage.edit(lambda: setattr(stage.objects[1], "location", (0.0, 50.0, 0.0)))
+    assert at(0.0) == [0.0]
+    stage.edit(lambda: stage.background("Color", (0.5, 0.5, 0.5, 1.0)))
+    assert at(4.0) == near([2.0 * lit + 0.4])
+    stage.edit(lambda: bpy.data.objects.remove(stage.sun))
+    assert at(-4.0, 4.0) == near([0.2, 0.4])
+
+
+@pytest.mark.render
+def test_meshes_in_the_place_of_others_are_read(stage: Stage) -> None:
+    """Blender may give a new mesh the memory of one that is gone."""
+    places, reused = set(), 0
+    for k in range(200):
+        gone = stage.objects.pop()
+        mesh = gone.data
+        bpy.data.objects.remove(gone)
+        bpy.data.meshes.remove(mesh)
+        stage.edit(lambda: None)
+        stage.edit(lambda k=k: stage.objects.append(add(4.0, size=0.5 + 0.005 * k)))
+        now = bpy.context.evaluated_depsgraph_get()
+        place = stage.objects[-1].evaluated_get(now).data.as_pointer()
+        if place in places and reused < 5:
+            reused += 1
+            stage.assert_as_new()
+        places.add(place)
+    if not reused:
+        pytest.skip("no memory was given twice")
+
+
+@pytest.mark.render
+def test_undone_edits_show_no_more(stage: Stage) -> None:
+    bpy.ops.ed.undo_push(message="before")
+    first = stage.assert_as_new()
+    stage.edit(lambda: mesh_edited(stage))
+    stage.edit(lambda: sigma(stage))
+    stage.edit(lambda: moved(stage))
+    assert stage.assert_as_new() != first
+    bpy.ops.ed.undo_push(message="after")
+    bpy.ops.ed.undo()
+    bpy.context.view_layer.update()
+    assert stage.assert_as_new() == first
+
+
+@pytest.mark.render
+def test_sigma_is_edited_without_reading_objects_or_compiling(stage: Stage, sent: dict[str, int]) -> None:
+    stage.assert_as_new()
+    parts, tiles = stage.kept.parts, stage.painter._shadowed
+    sent.update(dict.fromkeys(sent, 0))
+    for k in range(1, 6):
+        stage.edit(lambda k=k: setattr(stage.group(1).inputs["Roughness"], "default_value", 0.1 + 0.13 * k))
+    # One block of numbers for each value; objects, lamps and shadow maps stay as they are.
+    assert sent == {"meshes": 0, "blocks": 5, "programs": 0}
+    assert stage.kept.parts is parts and stage.painter._shadowed is tiles
+    stage.assert_as_new()
+
+
+@pytest.mark.render
+def test_view_that_turns_sends_no_mesh_and_compiles_nothing(stage: Stage, sent: dict[str, int]) -> None:
+    stage.assert_as_new()
+    sent.update(dict.fromkeys(sent, 0))
+    for k in range(5):
+        turned = View(ABOVE.projection @ Matrix.Rotation(0.2 * k, 4, "X"), ABOVE.eye, False, WIDTH, HEIGHT)
+        stage.painter.begin(turned)
+        stage.painter.add(turned, 0, 0.0, BLACK)
+    assert sent["meshes"] == sent["programs"] == 0
+
+
+# ---- variants
+
+
+def variants(law: laws.Law = laws.LAMBERT, kinds: frozenset[str] = frozenset(("SUN",))) -> Iterator[program.Variant]:
+    """Yield every combination of what a scene and a material may need of a model."""
+    scatterings = ((False, False), (False, True), (True, True))
+    either = (False, True)
+    for has_shadows, ambient, coat, paint, scattering in product(either, either, either, program.Paint, scatterings):
+        yield program.Variant(law, paint, coat, *scattering, program.Light(kinds, has_shadows, ambient))
+
+
+def chosen(**names: bool) -> set[str]:
+    return {name for name, is_chosen in names.items() if is_chosen}
+
+
+def functions(text: str) -> set[str]:
+    return set(re.findall(r"^\w+ (\w+)\(", text, re.MULTILINE))
+
+
+def test_what_a_scene_does_not_need_is_not_in_its_shader() -> None:
+    """Files of functions, definitions, and what goes in and out; that the rest depends on these alone, the driver says below."""
+    for variant in variants():
+        made = program.surface(variant)
+        light, has = variant.light, functions(made.fragment)
+        assert ("coat_highlight" in has) == variant.coat
+        assert ("burley_d" in has) == variant.scatters
+        assert "lambert_radiance" in has and not {"oren_nayar_radiance", "oren_nayar_albedo", "eon_multiple"} & has
+        defined = set(re.findall(r"^#define (\w+)$", made.fragment, re.MULTILINE))
+        needed = {
+            "SHADOWS": light.shadows,
+            "AMBIENT": light.ambient,
+            "COAT": variant.coat,
+            "SCATTERS": variant.scatters,
+            "SCATTERING": variant.scattering,
+            "COLOR_ATTRIBUTE": variant.paint is program.Paint.ATTRIBUTE,
+            "COLOR_IMAGE": variant.paint is program.Paint.IMAGE,
+        }
+        assert defined == chosen(**needed)
+        assert re.findall(r"^#define (SUN|POINT|SPOT|AREA) ", made.fragment, re.MULTILINE) == ["SUN"]
+        assert set(made.samplers) == chosen(shadow_map=light.shadows, color_image=needed["COLOR_IMAGE"])
+        assert ("shadows" in made.blocks) == light.shadows
+        assert len(made.outputs) == (4 if variant.scattering else 1)
+        assert set(made.attributes) - {"position", "normal"} == chosen(color=needed["COLOR_ATTRIBUTE"], uv=needed["COLOR_IMAGE"])
+
+
+@pytest.mark.render
+def test_every_variant_compiles() -> None:
+    """A driver refuses names that are not declared: so what is left out of a variant is nowhere asked for."""
+    for variant in variants():
+        drawing.compiled(program.surface(variant))
+    kinds = frozenset(program.KINDS)
+    for law in (*laws.LAWS.values(), laws.SPECULAR):
+        drawing.compiled(
+            program.surface(program.Variant(law, program.Paint.NOTHING, True, True, True, program.Light(kinds, True, True)))
+        )
+
+
+@pytest.mark.render
+def test_each_combination_in_use_is_compiled_once(stage: Stage, sent: dict[str, int]) -> None:
+    drawing.forget_shaders()
+    picture(stage.painter)
+    # One for all three materials, though their numbers differ; the shadow maps', the sum's and the picture's.
+    assert sent["programs"] == 1 + 3
+    for second in (stage.painter, drawing.Painter(stage.kept)):
+        second.refresh()
+        picture(second)
+    assert sent["programs"] == 1 + 3
+    stage.edit(lambda: model(stage))
+    stage.edit(lambda: setattr(stage.group(2).inputs["Model"], "default_value", "Lambert"))
+    picture(stage.painter)
+    assert sent["programs"] == 2 + 3
+    stage.edit(lambda: setattr(stage.objects[0].material_slots[0], "material", bpy.data.materials["Coated"]))
+    picture(stage.painter)
+    # The coated one's; Lambert's again, which now writes what scattering needs; and what gathers it.
+    assert sent["programs"] == 2 + 3 + 2 + 1
+    stage.edit(lambda: setattr(stage.group(1).inputs["Color"], "default_value", (0.1, 0.2, 0.3, 1.0)))
+    picture(stage.painter)
+    assert sent["programs"] == 2 + 3 + 2 + 1
+
+
+def test_compiled_text_is_of_the_model_in_use_alone() -> None:
+    for name, law in laws.LAWS.items():
+        text = program.surface(program.Variant(law, program.Paint.NOTHING, False, False, False, program.Light())).fragment
+        others = {f"{other.stem}_radiance" for other in laws.LAWS.values()} - {f"{law.stem}_radiance"}
+        # EON and Cycles' Diffuse BSDF are made of Fujii's lobe, and Oren-Nayar's full model of the qualitative one.
+        built_on = {"EON": {"fujii"}, "Cycles Diffuse": {"fujii", "eon"}, "Oren-Nayar 1994": {"oren_nayar"}}.get(name, set())
+        assert functions(text) & others <= {f"{stem}_radiance" for stem in built_on}

@@ -1,0 +1,480 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light in the realtime engine: lamps, shadows, the world, what scatters and colors, against closed forms, models and Cycles."""
+
+import itertools
+import math
+from array import array
+from collections.abc import Callable, Sequence
+from statistics import fmean
+from typing import NamedTuple
+
+import bpy
+
+import bmesh
+import pytest
+from mathutils import Matrix, Vector
+from true_diffuse.addon import engines, materials, models
+from true_diffuse.addon.measure import render
+from true_diffuse.addon.measure.profile import edge_width
+from true_diffuse.addon.models import Model
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
+from true_diffuse.scenes.slab import slab
+
+pytestmark = [pytest.mark.render, pytest.mark.usefixtures("registered", "driver")]
+
+UP = (0.0, 0.0, 1.0)
+COLOR = (0.8, 0.5, 0.2)
+SIZE = 36  # pixels
+EYE = Vector((0.4, -2.0, 1.5))
+LENS = 50.0  # mm: N.V from 0.3 to 0.8 over the picture
+# Of 32-bit floats: interpolated positions are off by a few times 1e-7 of the scene's size, the cosine of a cone's edge by 1e-7,
+# which its fade divides by 0.1.
+ROUND = 5e-6
+
+MODELS: dict[str, tuple[Model, dict[str, float]]] = {
+    "Lambert": (models.Lambert(), {}),
+    "Oren-Nayar": (models.OrenNayar(0.33), {"Roughness": 0.33}),
+    "Fujii": (models.Fujii(0.7), {"Roughness": 0.7}),
+    "EON": (models.Eon(0.7), {"Roughness": 0.7}),
+    "Cycles Diffuse": (models.CyclesDiffuse(0.7), {"Roughness": 0.7}),
+    "Oren-Nayar 1994": (models.OrenNayar1994(0.5), {"Roughness": 0.5}),
+    "Wolff": (models.Wolff(1.5), {"IOR": 1.5}),
+    "Pits": (models.Pits(), {}),
+    "Specular": (models.Specular(0.06, 30.0), {"Specular": 0.06, "Exponent": 30.0}),
+}
+
+
+@pytest.fixture
+def driver(eevee_runs_here: bool) -> None:
+    if not eevee_runs_here:
+        pytest.skip("no graphics driver here")
+
+
+def material(name: str, color: Sequence[float] = COLOR) -> bpy.types.Material:
+    """Return a material of one of MODELS."""
+    group, menu = (SPECULAR_GROUP, {}) if name == "Specular" else (ROUGH_DIFFUSE, {"Model": name})
+    return materials.create(name, group, Color=(*color, 1.0), **menu, **MODELS[name][1])
+
+
+def empty_scene(size: int = SIZE) -> bpy.types.Scene:
+    """Return the scene with nothing in it, of pictures whose samples are all at the pixels' centers."""
+    scene = bpy.context.scene
+    settings = scene.render
+    settings.resolution_x = settings.resolution_y = size
+    settings.film_transparent, settings.filter_size = True, 0.0
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", render.CENTER
+    scene.cycles.max_bounces = 0
+    return scene
+
+
+def add(scene: bpy.types.Scene, data: bpy.types.ID, matrix: Matrix | None = None) -> bpy.types.Object:
+    item = bpy.data.objects.new("Item", data)
+    item.matrix_world = matrix or Matrix()
+    scene.collection.objects.link(item)
+    return item
+
+
+def square(half: float, shown: bpy.types.Material | None) -> bpy.types.Mesh:
+    mesh = bpy.data.meshes.new("Square")
+    mesh.from_pydata([(-half, -half, 0.0), (half, -half, 0.0), (half, half, 0.0), (-half, half, 0.0)], [], [(0, 1, 2, 3)])
+    if shown:
+        mesh.materials.append(shown)
+    return mesh
+
+
+def looking(place: Vector, at: Vector) -> Matrix:
+    """Return where something stands at `place` whose -Z axis points to `at`."""
+    return Matrix.Translation(place) @ (place - at).to_track_quat("Z", "Y").to_matrix().to_4x4()
+
+
+def camera(scene: bpy.types.Scene, place: Vector, at: Vector, lens: float = LENS) -> bpy.types.Object:
+    data = bpy.data.cameras.new("Camera")
+    data.lens = lens
+    scene.camera = add(scene, data, looking(place, at))
+    return scene.camera
+
+
+def lamp(scene: bpy.types.Scene, kind: str, matrix: Matrix, **settings: object) -> bpy.types.Object:
+    data = bpy.data.lights.new(kind, kind)
+    for name, value in settings.items():
+        setattr(data, name, value)
+    return add(scene, data, matrix)
+
+
+def drawn(scene: bpy.types.Scene, engine: engines.Engine = engines.REALTIME, samples: int = 1) -> array[float]:
+    return render.radiance(scene, engine, samples)[1]
+
+
+def floor_points(scene: bpy.types.Scene) -> list[Vector]:
+    """Return where the ray through the center of each pixel meets the plane z = 0, rows from the top."""
+    size, eye = scene.render.resolution_x, scene.camera.matrix_world
+    half = 18.0 / scene.camera.data.lens
+    points = []
+    for y in range(size):
+        for x in range(size):
+            ray = eye.to_3x3() @ Vector((half * ((2 * x + 1) / size - 1.0), half * (1.0 - (2 * y + 1) / size), -1.0))
+            points.append(eye.translation - ray * (eye.translation.z / ray.z))
+    return points
+
+
+def rms_error(got: Sequence[float], expected: Sequence[float]) -> float:
+    """Return the RMS difference as a share of the RMS of what is expected."""
+    difference = math.fsum((a - b) ** 2 for a, b in zip(got, expected, strict=True))
+    return math.sqrt(difference / math.fsum(b * b for b in expected))
+
+
+# ---- lamps
+
+type Irradiance = Callable[[Vector], tuple[Vector, float]]
+"""At a point: the direction towards a lamp, and its irradiance on a plane that faces it [W/m^2]."""
+
+PLACE = Vector((0.5, -0.3, 0.8))
+AIM = Vector((-0.1, 0.2, 0.0))
+
+
+def from_point(power: float) -> Irradiance:
+    return lambda at: ((PLACE - at).normalized(), power / (4.0 * math.pi * (PLACE - at).length_squared))
+
+
+def from_area(power: float, half: float = math.pi / 2.0) -> Irradiance:
+    def found(at: Vector) -> tuple[Vector, float]:
+        l, sphere = from_point(power)(at)
+        theta = l.angle(PLACE - AIM)
+        gain = 1.0 if half == math.pi / 2.0 else max(0.0, math.tan(half) - math.tan(theta)) / (math.tan(half) - half)
+        return l, sphere * 4.0 * math.cos(theta) * gain
+
+    return found
+
+
+def from_spot(power: float, size: float, blend: float, stretch: tuple[float, float] = (1.0, 1.0)) -> Irradiance:
+    turn = looking(PLACE, AIM).to_3x3().inverted()
+
+    def found(at: Vector) -> tuple[Vector, float]:
+        l, sphere = from_point(power)(at)
+        x, y, z = turn @ l
+        cosine = Vector((x / stretch[0], y / stretch[1], z)).normalized().z
+        edge = math.cos(size / 2.0)
+        t = min(max((cosine - edge) / ((1.0 - edge) * blend), 0.0), 1.0)
+        return l, sphere * t * t * (3.0 - 2.0 * t)
+
+    return found
+
+
+class Shines(NamedTuple):
+    """A lamp of Blender's and what it should send; `scale` is the object's."""
+
+    name: str
+    kind: str
+    settings: dict[str, object]
+    expected: Irradiance
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+
+SUN = (PLACE - AIM).normalized()
+OF_ANGLE = math.pi * math.sin(0.05) ** 2  # the projected solid angle of a sun 0.1 wide
+SHINES = (
+    Shines("sun", "SUN", {"energy": 3.0, "angle": 0.0}, lambda _: (SUN, 3.0), (2.0, 3.0, 4.0)),
+    Shines("sun of an angle", "SUN", {"energy": 3.0, "angle": 0.1}, lambda _: (SUN, 3.0)),
+    Shines("exposed", "SUN", {"energy": -3.0, "exposure": 1.5}, lambda _: (SUN, -3.0 * 2.0**1.5)),
+    Shines(
+        "sun per angle",
+        "SUN",
+        {"energy": 3.0, "angle": 0.1, "normalize": False},
+        lambda _: (SUN, 3.0 * math.pi * math.sin(0.05) ** 2),
+    ),
+    Shines("point", "POINT", {"energy": 30.0}, from_point(30.0), (2.0, 3.0, 4.0)),
+    Shines("negative point", "POINT", {"energy": -30.0}, from_point(-30.0)),
+    Shines(
+        "point per area",
+        "POINT",
+        {"energy": 30.0, "shadow_soft_size": 0.02, "normalize": False},
+        from_point(30.0 * 4.0 * math.pi * 0.02**2),
+        (2.0, 2.0, 2.0),
+    ),
+    Shines("spot", "SPOT", {"energy": 30.0, "spot_size": 1.2, "spot_blend": 0.6}, from_spot(30.0, 1.2, 0.6)),
+    Shines(
+        "stretched spot",
+        "SPOT",
+        {"energy": 30.0, "spot_size": 1.2, "spot_blend": 0.6},
+        from_spot(30.0, 1.2, 0.6, (0.5, 2.0)),
+        (0.35, 1.4, 0.7),
+    ),
+    Shines("area", "AREA", {"energy": 30.0, "size": 0.01}, from_area(30.0), (3.0, 2.0, 5.0)),
+    Shines(
+        "area per area",
+        "AREA",
+        {"energy": 3e5, "shape": "ELLIPSE", "size": 0.01, "size_y": 0.02, "normalize": False},
+        from_area(3e5 * math.pi / 4.0 * 0.01 * 0.02 * 6.0),
+        (3.0, -2.0, 5.0),
+    ),
+    Shines("area of a spread", "AREA", {"energy": 30.0, "size": 0.01, "spread": 1.5}, from_area(30.0, 0.75)),
+)
+
+
+def lit_floor(shines: Shines, shown: bpy.types.Material) -> bpy.types.Scene:
+    scene = empty_scene()
+    add(scene, square(9.0, shown))
+    camera(scene, EYE, Vector())
+    place = looking(PLACE, AIM) @ Matrix.Diagonal((*shines.scale, 1.0))
+    lamp(scene, shines.kind, place, **({"use_shadow": False} | shines.settings))
+    bpy.context.view_layer.update()
+    return scene
+
+
+@pytest.mark.parametrize("shines", SHINES, ids=lambda one: one.name)
+def test_lamp_sends_what_blender_says(shines: Shines) -> None:
+    scene = lit_floor(shines, material("Lambert"))
+    expected = []
+    for at in floor_points(scene):
+        l, irradiance = shines.expected(at)
+        expected += [irradiance * max(l.z, 0.0) * color / math.pi for color in COLOR]
+    assert rms_error(drawn(scene), expected) < ROUND
+
+
+@pytest.mark.parametrize("name", ("sun per angle", "point per area", "stretched spot", "area per area", "area of a spread"))
+def test_lamp_is_as_in_cycles(name: str) -> None:
+    """A lamp that is 0.02 m small at 1 m is off by (0.02 / 1)^2, and 64 samples leave as much noise; a cone's edge costs more."""
+    scene = lit_floor(next(one for one in SHINES if one.name == name), material("Lambert"))
+    assert rms_error(drawn(scene), drawn(scene, engines.CYCLES, 64)) < 3e-3
+
+
+def test_lamp_tint_is_color_times_temperature() -> None:
+    scene = lit_floor(SHINES[0], material("Lambert"))
+    data = scene.objects[-1].data
+    data.color, data.use_temperature, data.temperature = (0.2, 0.5, 1.0), True, 3200.0
+    assert rms_error(drawn(scene), drawn(scene, engines.CYCLES)) < 10.0 * ROUND
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_model_is_exact_under_a_point_lamp(name: str) -> None:
+    shines = next(one for one in SHINES if one.name == "point")
+    scene = lit_floor(shines, material(name))
+    expected = []
+    for at in floor_points(scene):
+        l, irradiance = shines.expected(at)
+        v = (EYE - at).normalized()
+        expected += [irradiance * MODELS[name][0].radiance(UP, tuple(l), tuple(v), color) for color in COLOR]
+    assert rms_error(drawn(scene), expected) < 2.0 * ROUND
+
+
+# ---- the world's light
+
+WORLD = (0.5, 0.6, 0.7)  # radiance [W/(m^2 sr)]
+# What albedo.glsl states, in units of the albedo.
+FITTED = {"Lambert": 0.0, "Oren-Nayar": 0.0, "EON": 0.0, "Oren-Nayar 1994": 0.0011, "Wolff": 0.002}
+
+
+def give_world(scene: bpy.types.Scene) -> None:
+    scene.world = bpy.data.worlds.new("World")
+    background = next(node for node in scene.world.node_tree.nodes if node.type == "BACKGROUND")
+    background.inputs["Color"].default_value, background.inputs["Strength"].default_value = (*WORLD, 1.0), 1.0
+
+
+@pytest.mark.parametrize("name", FITTED)
+def test_world_is_reflected_by_the_directional_albedo(name: str) -> None:
+    scene = empty_scene(12)
+    add(scene, square(9.0, material(name)))
+    camera(scene, EYE, Vector())
+    give_world(scene)
+    got = drawn(scene)
+    for pixel, at in list(enumerate(floor_points(scene)))[::17]:
+        mu = (EYE - at).normalized().z
+        for channel, (color, light) in enumerate(zip(COLOR, WORLD, strict=True)):
+            expected = light * models.directional_albedo(MODELS[name][0], mu, color)
+            assert got[3 * pixel + channel] == pytest.approx(expected, abs=light * color * FITTED[name] + ROUND)
+
+
+def test_white_coat_and_scattering_return_the_whole_world() -> None:
+    scene = empty_scene(16)
+    shown = materials.create("Furnace", SUBSURFACE, Color=(1.0, 1.0, 1.0, 1.0), Subsurface=0.6, Specular=1.0, Model="Lambert")
+    add(scene, square(9.0, shown))
+    camera(scene, EYE, Vector())
+    give_world(scene)
+    assert list(drawn(scene)) == pytest.approx([*WORLD] * 256, rel=ROUND)
+
+
+# ---- shadows
+
+
+def ball(radius: float, shown: bpy.types.Material) -> bpy.types.Mesh:
+    mesh, solid = bpy.data.meshes.new("Ball"), bmesh.new()
+    bmesh.ops.create_uvsphere(solid, u_segments=128, v_segments=64, radius=radius)
+    solid.to_mesh(mesh)
+    solid.free()
+    mesh.shade_smooth()
+    mesh.materials.append(shown)
+    return mesh
+
+
+RADIUS, CENTER = 0.4, Vector((0.1, 0.0, 0.6))
+LIGHT = Vector((2.0, 1.0, 3.0))
+SPOT = {"energy": 300.0, "spot_size": 1.2, "spot_blend": 0.0}
+
+
+def passes(eye: Vector, direction: Vector) -> float:
+    """Return how far from CENTER a ray passes, at least [m]."""
+    away = CENTER - eye
+    return (away - direction * max(0.0, away.dot(direction))).length
+
+
+@pytest.mark.parametrize("half", (4.0, 2000.0))
+@pytest.mark.parametrize(("kind", "settings"), (("SUN", {"energy": 3.0, "angle": 0.0}), ("SPOT", SPOT)))
+def test_shadow_is_where_the_ray_to_the_lamp_is_blocked(kind: str, settings: dict[str, object], half: float) -> None:
+    """But within 0.02 m of the ball's outline: two texels of a map that is 4096 wide over some 10 m, and the facets' 0.0005 m."""
+    scene = empty_scene(64)
+    shown = material("Lambert")
+    add(scene, square(half, shown))
+    add(scene, ball(RADIUS, shown), Matrix.Translation(CENTER))
+    camera(scene, Vector((0.4, -2.0, 2.5)), Vector((0.0, -0.3, 0.0)), 35.0)
+    light = lamp(scene, kind, looking(LIGHT, Vector((-0.2, -0.1, 0.0))), **settings)
+    got = drawn(scene)
+    light.data.use_shadow = False
+    plain = drawn(scene)
+    eye, lit, dark = scene.camera.matrix_world.translation, 0, 0
+    for pixel, at in enumerate(floor_points(scene)):
+        towards = (LIGHT - Vector((-0.2, -0.1, 0.0)) if kind == "SUN" else LIGHT - at).normalized()
+        near = passes(at, towards)
+        if passes(eye, (at - eye).normalized()) < RADIUS + 0.02 or abs(near - RADIUS) < 0.02 or plain[3 * pixel] == 0.0:
+            continue
+        lit, dark = lit + (near > RADIUS), dark + (near < RADIUS)
+        assert got[3 * pixel] == pytest.approx(plain[3 * pixel] if near > RADIUS else 0.0, rel=ROUND), (pixel, near)
+    assert lit > 500 and dark > 150
+
+
+def test_lit_side_of_a_ball_does_not_shade_itself() -> None:
+    scene = empty_scene(64)
+    add(scene, ball(RADIUS, material("Lambert")), Matrix.Translation(CENTER))
+    camera(scene, Vector((0.4, -2.0, 2.5)), CENTER, 100.0)
+    light = lamp(scene, "SUN", looking(LIGHT, Vector()), energy=math.pi, angle=0.0)
+    got = drawn(scene)
+    light.data.use_shadow = False
+    plain = drawn(scene)
+    # facets are 2.8 degrees wide: where N.L is above sin(2.8), all of them face the sun
+    lit = [(a, b) for a, b in zip(got[::3], plain[::3], strict=True) if b > COLOR[0] * 0.05]
+    assert len(lit) > 1000 and all(a == pytest.approx(b, rel=ROUND) for a, b in lit)
+
+
+def test_lamps_share_the_shadow_map_without_touching_each_other() -> None:
+    scene = empty_scene(64)
+    shown = material("Lambert")
+    add(scene, square(4.0, shown))
+    add(scene, ball(RADIUS, shown), Matrix.Translation(CENTER))
+    camera(scene, Vector((0.4, -2.0, 2.5)), Vector(), 35.0)
+    lights = []
+    for k, kind in enumerate(("SUN", "SPOT", "POINT", "SUN", "SPOT", "SPOT")):
+        turn = Vector((3.0 * math.cos(k), 3.0 * math.sin(k), 3.0))
+        lights.append(lamp(scene, kind, looking(turn, Vector()), **(SPOT if kind == "SPOT" else {"energy": 3.0})))
+    together = drawn(scene)
+    total = array("f", bytes(4 * len(together)))
+    for chosen in lights:
+        for light in lights:
+            light.hide_render = light is not chosen
+        total = array("f", map(sum, zip(total, drawn(scene), strict=True)))
+    inside = 0
+    for x, y in itertools.product(range(1, 63), range(1, 63)):
+        around = [total[3 * (64 * (y + j) + x + i)] for i in (-1, 0, 1) for j in (-1, 0, 1)]
+        # no edge of a shadow, which is finer where a lamp has the map for itself, but of a lamp that hardly counts
+        if max(around) < 1.04 * min(around):
+            inside += 1
+            assert together[3 * (64 * y + x)] == pytest.approx(around[4], rel=0.04), (x, y)
+    assert inside > 2000
+
+
+# ---- subsurface
+
+
+def skin(color: Sequence[float] = COLOR, path: float = 100.0) -> bpy.types.Material:
+    settings = {"Mean Free Path": (path, path, path), "Subsurface": 1.0, "Specular": 0.0}
+    return materials.create("Skin", SUBSURFACE, Color=(*color, 1.0), **settings)
+
+
+@pytest.mark.parametrize("pixels", (4.0, 12.0))
+def test_edge_of_a_shadow_is_as_wide_as_on_the_medium(pixels: float) -> None:
+    """To 3 %: of 36 rows' noise and, at 4 pixels, of their steps and the shadow's own edge, which is one pixel wide."""
+    width, size = 100.0 * models.edge_width(0.5), 144
+    view = width * size / pixels
+    body = slab(1.5 * view)
+    rows = range(54, 90)  # as the picture's edges cut off light on its way up and down
+    red, *_ = body.picture([skin((0.5,) * 3)], engines.REALTIME, 4, (size, size), view, body.half_plane())
+    profile = [fmean(red[y * size + x] for y in rows) for x in range(size)]
+    assert edge_width(profile, view / size) == pytest.approx(width, rel=0.03)
+    assert fmean(profile) == pytest.approx(0.25, rel=0.01)  # no light is lost
+
+
+def test_scattering_stays_within_its_object() -> None:
+    """A lit square beside one that the sun grazes from behind: nothing gets to the dark one, and the other lacks nothing."""
+    scene = empty_scene(32)
+    shown = skin()
+    add(scene, square(1.0, shown), Matrix.Translation((-1.0, 0.0, 0.0)))
+    add(scene, square(1.0, shown), Matrix.Rotation(math.radians(60.0), 4, "Y") @ Matrix.Translation((1.0, 0.0, 0.0)))
+    camera(scene, Vector((0.0, 0.0, 3.0)), Vector((0.0, 0.0, 0.0)), 60.0)
+    lamp(scene, "SUN", Matrix.Rotation(math.radians(-45.0), 4, "Y"), energy=math.pi, angle=0.0, use_shadow=False)
+    got = drawn(scene)[::3]
+    lit = COLOR[0] * math.cos(math.radians(45.0))
+    assert min(got) == 0.0 and all(value == 0.0 or value == pytest.approx(lit, rel=ROUND) for value in got)
+    assert sum(value > 0.0 for value in got) == len(got) / 2
+
+
+# ---- colors
+
+
+def test_film_has_color_times_coverage() -> None:
+    scene = empty_scene(16)
+    scene.render.filter_size = 1.5
+    add(scene, square(0.5, material("Lambert")))
+    camera(scene, Vector((0.1, 0.05, 3.0)), Vector((0.1, 0.05, 0.0)))
+    lamp(scene, "SUN", Matrix(), energy=math.pi, angle=0.0)
+    engines.use(scene, engines.REALTIME, 8)
+    _, channels = render._render(scene)
+    alpha = render._interleave(channels, "Combined", "A")
+    rgb = render._interleave(channels, "Combined", "RGB")
+    assert sum(0.0 < a < 1.0 for a in alpha) > 20
+    assert list(rgb) == pytest.approx([color * a for a in alpha for color in COLOR], abs=ROUND)
+
+
+def floor_color(shown: bpy.types.Material | None, mesh: bpy.types.Mesh | None = None) -> list[float]:
+    """Return the color that the middle of a floor of `shown` has."""
+    scene = empty_scene(5)
+    add(scene, mesh or square(1.0, shown))
+    camera(scene, Vector((0.0, 0.0, 3.0)), Vector())
+    lamp(scene, "SUN", Matrix(), energy=math.pi, angle=0.0)
+    return list(drawn(scene)[36:39])
+
+
+def test_other_materials_show_their_base_color() -> None:
+    principled = bpy.data.materials.new("Principled")
+    node = next(node for node in principled.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    node.inputs["Base Color"].default_value = (*COLOR, 1.0)
+    assert floor_color(principled) == pytest.approx(COLOR, rel=ROUND)
+
+
+def test_face_without_material_is_light_gray() -> None:
+    assert floor_color(None) == pytest.approx((0.8,) * 3, rel=ROUND)
+
+
+@pytest.mark.parametrize(("kind", "step"), (("FLOAT_COLOR", ROUND), ("BYTE_COLOR", 0.01)))
+def test_color_attribute_is_linear(kind: str, step: float) -> None:
+    """A byte of sRGB is at most 0.009 of a linear color."""
+    shown = material("Lambert")
+    materials.paint(shown, shown.node_tree.nodes[ROUGH_DIFFUSE.name].inputs["Color"], "Paint", 0.5)
+    mesh = square(1.0, shown)
+    for item in mesh.color_attributes.new("Paint", kind, "CORNER").data:
+        item.color = (0.1, 0.4, 0.9, 1.0)
+    assert floor_color(shown, mesh) == pytest.approx((0.05, 0.2, 0.45), abs=step)
+
+
+@pytest.mark.parametrize("is_float", (False, True))
+def test_image_is_read_in_its_color_space(is_float: bool) -> None:
+    """One of sRGB in bytes, one of linear floats, whose driver may hold them in 16 bits."""
+    image = bpy.data.images.new("Image", 4, 4, float_buffer=is_float)
+    image.pixels[:] = [0.5, 0.25, 0.75, 1.0] * 16
+    image.update()
+    shown = material("Lambert")
+    nodes, links = shown.node_tree.nodes, shown.node_tree.links
+    texture = nodes.new("ShaderNodeTexImage")
+    texture.image = image
+    links.new(texture.outputs["Color"], nodes[ROUGH_DIFFUSE.name].inputs["Color"])
+    mesh = square(1.0, shown)
+    mesh.uv_layers.new(name="UVMap")
+    decoded = (0.5, 0.25, 0.75) if is_float else (0.2140, 0.0509, 0.5225)
+    assert floor_color(shown, mesh) == pytest.approx(decoded, abs=1e-3 if is_float else 0.004)
