@@ -196,6 +196,7 @@ class Stage:
         self.renderer, self.version = self.context.info["GL_RENDERER"], self.context.info["GL_VERSION"]
         self._programs: dict[Law, moderngl.Program] = {}
         self._bodies: dict[float, tuple[moderngl.Buffer, int]] = {}
+        self._blocks: dict[str, moderngl.Buffer] = {}
         self._target = self._made(*resolution)
         side = 40.0  # beyond the picture's edges
         corners = [(-side, -side, WALL), (side, -side, WALL), (side, side, WALL), (-side, side, WALL)]
@@ -206,6 +207,8 @@ class Stage:
         """As `contest.Stage` has it."""
         width, height = (max(1, round(length * math.sqrt(setting.pixels))) for length in self._resolution)
         if self._target.size != (width, height):
+            for used in (self._target, *self._target.color_attachments, self._target.depth_attachment):
+                used.release()
             self._target = self._made(width, height)
         suns = []
         for towards in contest.SUNS[: setting.lamps]:
@@ -214,6 +217,8 @@ class Stage:
             x, z, y = towards[0] / length, -towards[1] / length, towards[2] / length
             suns.append(blocks.lamp("SUN", (0.0, 0.0, 0.0), (x, y, z), (IRRADIANCE / setting.lamps,) * 3))
         view = blocks.view(projection(width, height), (0.0, 0.0, DISTANCE), True, (0.0, 0.0, 0.0))
+        for buffer in self._blocks.values():
+            buffer.release()
         self._blocks = {"view": self.context.buffer(view), "lamps": self.context.buffer(blocks.lamps(suns))}
         self._body, count = self._body_of(setting.triangles)
         return {"width": width, "height": height, "triangles": BODIES * count + 2}
@@ -243,7 +248,8 @@ class Stage:
         seconds = {"readback": time.perf_counter() - start}
         if self._query.elapsed:
             seconds["timer"] = 1e-9 * self._query.elapsed
-        body.release(), wall.release(), material.release()
+        for used in (body, wall, material):
+            used.release()
         return seconds
 
     def pixels(self) -> Sequence[float]:

@@ -207,8 +207,9 @@ class ReportJob:
     """Who does the tasks of the study of error against run time."""
 
     def __init__(self, document: Mapping[str, Any], usable: Sequence["Engine"]) -> None:
-        import report
         from true_diffuse.addon.studies.batch.report import Order, Study
+
+        import report
 
         self.order = Order.unpacked(document["order"])
         self.study = Study(self.order, usable, report.hard_inputs)
@@ -240,8 +241,9 @@ class ReportJob:
 
     def collect(self, results: Results, staging: Staging) -> list[str]:
         """Write what the parts came to; returns what to say of it. Raises BatchError, BadInput."""
-        import report
         from true_diffuse.addon.studies.batch.report import collect
+
+        import report
 
         said = []
         for name, one in collect(self.order, results).items():

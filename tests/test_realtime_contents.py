@@ -201,6 +201,12 @@ def other_material(stage: Stage) -> None:
     stage.objects[1].material_slots[0].material = stage.materials[2]
 
 
+def other_material_of_the_object(stage: Stage) -> None:
+    stage.objects[1].material_slots[0].link = "OBJECT"
+    bpy.context.view_layer.update()
+    other_material(stage)
+
+
 def color_from_attribute(stage: Stage) -> None:
     mesh = stage.objects[1].data
     for corner in mesh.color_attributes.new("Color", "FLOAT_COLOR", "CORNER").data:
@@ -301,6 +307,8 @@ EDITS = {
     deleted: 0,
     hidden_from_camera: 0,
     hidden_from_camera_with_sigma: 0,
+    other_material: None,
+    other_material_of_the_object: None,
     color_no_longer_from_attribute: None,
     color_from_attribute: 1,  # the mesh has a new attribute
     driven: 0,

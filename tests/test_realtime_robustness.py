@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -253,6 +254,34 @@ def test_scene_that_goes_away_while_it_is_rendered(stage: Stage, monkeypatch) ->
     assert len(taken) == 4
 
 
+def test_programs_are_used_by_one_thread_at_a_time(stage: Stage, monkeypatch) -> None:
+    """Drivers keep the numbers set in a program with it: those of a viewport would be drawn by a render in another thread."""
+    stage.square().data.materials.append(materials.create("Skin", SUBSURFACE))
+    free: list[bool] = []
+
+    def ask() -> None:
+        free.append(drawing.IN_USE.acquire(blocking=False))
+        if free[-1]:
+            drawing.IN_USE.release()
+
+    def asking(real: Callable) -> Callable:
+        def called(*arguments: object) -> object:
+            other = threading.Thread(target=ask)
+            other.start()
+            other.join()
+            return real(*arguments)
+
+        return called
+
+    # what begins each use of a program: of those for surfaces and shadows, of all others
+    for name in ("_draw_nearest", "shadow_shader", "gather_shader", "add_shader", "show_shader"):
+        monkeypatch.setattr(drawing, name, asking(getattr(drawing, name)))
+    stage.render()
+    assert free == [False] * 6
+    assert drawing.IN_USE.acquire(blocking=False)
+    drawing.IN_USE.release()
+
+
 class Window:
     """What Blender makes of the engine for a window, with what it reports."""
 
@@ -267,7 +296,6 @@ class Window:
         area = next(area for screen in bpy.data.screens for area in screen.areas if area.type == "VIEW_3D")
         self.context = SimpleNamespace(region=region, region_data=seen, space_data=area.spaces.active, area=area)
         self.reports: list[str] = []
-        self.bound = 0
         self.viewport = viewport.Viewport()
         self.target = gpu.types.GPUTexture((WIDTH, HEIGHT), format="RGBA32F")
 
@@ -276,12 +304,6 @@ class Window:
 
     def update_stats(self, stats: str, info: str) -> None:
         pass
-
-    def bind_display_space_shader(self, scene: bpy.types.Scene) -> None:
-        self.bound += 1
-
-    def unbind_display_space_shader(self) -> None:
-        self.bound -= 1
 
     def draw(self) -> float:
         """Draw as Blender does and return the middle's red."""
@@ -313,7 +335,7 @@ def test_viewport_says_once_what_failed_and_draws_again_after_an_edit(stage: Sta
         patch.setattr(f"gpu.{name}", lose)
         for _ in range(3):
             window.redraw()
-    assert window.reports == ["True Diffuse Realtime failed: no context"] and window.bound == 0
+    assert window.reports == ["True Diffuse Realtime failed: no context"]
     window.context.region.width = WIDTH
     window.update()
     assert window.draw() == pytest.approx(LIT, rel=2e-6)
@@ -416,6 +438,16 @@ def test_normals_of_scaled_objects(stage: Stage, scale: tuple[float, float, floa
     item = stage.square(1.0 / abs(scale[0]))
     item.scale = scale
     assert stage.render().at(0.3, 0.2) == gray(LIT * math.cos(tilt))
+
+
+def test_shadows_of_nothing(stage: Stage) -> None:
+    """A sun while what is there neither casts one nor is in the picture, and a spot in the place of all that casts."""
+    item = stage.square(0.5, 9.0)
+    item.visible_shadow = False
+    assert stage.render().at(0.0) == gray(0.0)
+    item.visible_shadow, item.scale = True, (0.0, 0.0, 0.0)
+    stage.lamp(1.0, "SPOT")
+    assert stage.render().at(0.0) == gray(0.0)
 
 
 def test_object_without_size_is_not_seen(stage: Stage) -> None:

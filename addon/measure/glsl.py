@@ -8,19 +8,9 @@ import bpy
 
 import gpu
 
-from ..glsl import source
+from ..glsl import COVERING, source, triangle
 
-VERTEX = "void main() { gl_Position = vec4(position, 0.0, 1.0); }"
 WIDTH = 1024  # pixels in a row of the target
-
-
-def triangle() -> gpu.types.GPUBatch:
-    """Return a triangle that covers all of a target, for VERTEX."""
-    layout = gpu.types.GPUVertFormat()
-    layout.attr_add(id="position", comp_type="F32", len=2, fetch_mode="FLOAT")
-    vertices = gpu.types.GPUVertBuf(layout, 3)
-    vertices.attr_fill("position", [(-1.0, -1.0), (3.0, -1.0), (-1.0, 3.0)])
-    return gpu.types.GPUBatch(type="TRIS", buf=vertices)
 
 
 def evaluate(stem: str, call: str, rows: Sequence[tuple[Sequence[float], ...]]) -> list[tuple[float, float, float]]:
@@ -40,7 +30,7 @@ def evaluate(stem: str, call: str, rows: Sequence[tuple[Sequence[float], ...]]) 
     for slot, name in enumerate(names):
         info.sampler(slot, "FLOAT_2D", f"input_{name}")
         fetches += f"vec4 {name} = texelFetch(input_{name}, ivec2(gl_FragCoord.xy), 0);\n"
-    info.vertex_source(VERTEX)
+    info.vertex_source(COVERING)
     info.fragment_source(f"{source(stem)}\nvoid main() {{ {fetches} result = vec4({call}, 1.0); }}")
     shader = gpu.shader.create_from_info(info)
     target = gpu.types.GPUOffScreen(width, height, format="RGBA32F")

@@ -21,7 +21,7 @@ BLACK: Rgb = (0.0, 0.0, 0.0)
 NONE = 0  # the number of no material
 
 type Key = tuple[int, int]
-"""A mesh: where it, or the object it is made for, is in memory; the session's number of its data: another at each evaluation."""
+"""A mesh: where it, or the object it is made for, is in memory; Blender's number of its data, new at each evaluation."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Part:
 class Contents:
     """Meshes, materials and lamps of a depsgraph, kept from one update to the next.
 
-    `looks` are the materials in use by the session's numbers for them; `world` is the radiance from everywhere [W/(m^2 sr)].
+    `looks` are the materials in use by Blender's numbers for them; `world` is the radiance from everywhere [W/(m^2 sr)].
     `parts` is another list whenever objects, meshes or lamps may have changed.
     """
 

@@ -6,9 +6,11 @@ import struct
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import cache
+from threading import RLock
 
 import gpu
 
+from ..glsl import triangle
 from . import lamps as lamp_data
 from . import shadows
 from .contents import Contents, Part
@@ -20,6 +22,9 @@ EXTENSIONS = {"periodic": "REPEAT", "clamp": "EXTEND", "black": "CLAMP_TO_BORDER
 CLEAR = (0.0, 0.0, 0.0, 0.0)
 FAR = (1e30, 1e30, 1e30, 1e30)
 TURNS = (0.8191725133961645, 0.6710436067037893)  # a sequence that fills a square evenly, other than the one of view.offset
+
+# Held while one of the programs draws: what is set in it is the same for a viewport and for a render, in another thread.
+IN_USE = RLock()
 
 type Rgba = tuple[float, float, float, float]
 
@@ -91,15 +96,6 @@ def forget_shaders() -> None:
 atexit.register(forget_shaders)  # or Blender counts them as lost memory
 
 
-def covering() -> gpu.types.GPUBatch:
-    """Return a triangle that covers all of a target."""
-    layout = gpu.types.GPUVertFormat()
-    layout.attr_add(id="position", comp_type="F32", len=2, fetch_mode="FLOAT")
-    vertices = gpu.types.GPUVertBuf(layout, 3)
-    vertices.attr_fill("position", [(-1.0, -1.0), (3.0, -1.0), (-1.0, 3.0)])
-    return gpu.types.GPUBatch(type="TRIS", buf=vertices)
-
-
 def _block(data: bytes) -> gpu.types.GPUUniformBuf:
     return gpu.types.GPUUniformBuf(gpu.types.Buffer("UBYTE", len(data), data))
 
@@ -134,7 +130,7 @@ class Painter:
 
     def __init__(self, contents: Contents) -> None:
         self.contents = contents
-        self._covering = covering()
+        self._covering = triangle()
         self._looks: dict[Look, gpu.types.GPUUniformBuf] = {}
         self._images: dict[Look, gpu.types.GPUTexture] = {}
         self.notes: list[str] = []
@@ -183,16 +179,22 @@ class Painter:
             self._kept = Targets(*size)
         self._targets.sum.clear(format="FLOAT", value=CLEAR)
         self._samples = 0
-        self._draw_shadows(view)
+        with IN_USE:
+            self._draw_shadows(view)
 
     def add(self, view: View, sample: int, filter_size: float, background: Rgba) -> None:
         """Add one sample of every pixel, seen over `background`."""
         x, y = offset(sample, filter_size)
         seen = view.shifted(x, y)
-        targets = self._targets
-        self._draw_surfaces(targets, seen)
-        if targets.scattering:
-            self._gather(targets, seen, sample)
+        with IN_USE:
+            self._draw_surfaces(self._targets, seen)
+            if self._targets.scattering:
+                self._gather(self._targets, seen, sample)
+            self._sum(self._targets, background)
+        self._samples += 1
+
+    def _sum(self, targets: Targets, background: Rgba) -> None:
+        """Add the sample that has been drawn to the others."""
         with targets.summing.bind():
             gpu.state.depth_test_set("NONE")
             gpu.state.depth_mask_set(False)
@@ -203,7 +205,6 @@ class Painter:
             shader.uniform_float("background", background)
             self._covering.draw(shader)
             gpu.state.blend_set("NONE")
-        self._samples += 1
 
     def show_blended(self) -> None:
         """Draw the picture so far over what the window has."""
@@ -213,12 +214,13 @@ class Painter:
 
     def show(self) -> None:
         """Draw the picture so far into the bound framebuffer."""
-        shader = show_shader()
-        shader.bind()
-        shader.uniform_sampler("sum_map", self._targets.sum)
-        shader.uniform_float("weight", 1.0 / self._samples)
-        self._covering.draw(shader)
-        gpu.shader.unbind()  # else Blender keeps what forget_shaders frees
+        with IN_USE:
+            shader = show_shader()
+            shader.bind()
+            shader.uniform_sampler("sum_map", self._targets.sum)
+            shader.uniform_float("weight", 1.0 / self._samples)
+            self._covering.draw(shader)
+            gpu.shader.unbind()  # else Blender keeps what forget_shaders frees
 
     def read(self) -> gpu.types.Buffer:
         """Return the picture so far: red, green, blue, alpha of each pixel, rows from the bottom."""
@@ -275,9 +277,8 @@ class Painter:
                     shader.uniform_block("shadows", self._shadow_block)
                     shader.uniform_sampler("shadow_map", self._shadow_map)
                 if look.texture:
-                    self._images[look].extend_mode(
-                        EXTENSIONS[look.texture.wrap]
-                    )  # here, as the looks of an image share its texture
+                    # here, as the looks of an image share its texture
+                    self._images[look].extend_mode(EXTENSIONS[look.texture.wrap])
                     shader.uniform_sampler("color_image", self._images[look])
                 for part in parts:
                     shader.uniform_float("object_matrix", part.matrix)

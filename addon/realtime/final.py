@@ -8,12 +8,12 @@ from collections.abc import Iterator
 import bpy
 
 import gpu
-from mathutils import Matrix, Vector
+from mathutils import Matrix
 
 from .. import engines
 from .contents import Contents
 from .drawing import Painter, Refused, Rgba, forget_shaders
-from .view import View
+from .view import View, eye_at
 
 
 class Unrenderable(Exception):
@@ -91,8 +91,7 @@ def _camera(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, widt
     side = width if fits_width else height * settings.pixel_aspect_y / settings.pixel_aspect_x
     projection = Matrix.Translation((-2.0 * shift * side / width, 0.0, 0.0)) @ projection
     is_perspective = camera.data.type == "PERSP"
-    eye = place.translation.copy() if is_perspective else (place.to_3x3() @ Vector((0.0, 0.0, 1.0))).normalized()
-    return View(projection @ place.inverted_safe(), eye, is_perspective, width, height)
+    return View(projection @ place.inverted_safe(), eye_at(place, is_perspective), is_perspective, width, height)
 
 
 def frame(scene: bpy.types.Scene) -> tuple[tuple[int, int], int, int, int, int]:

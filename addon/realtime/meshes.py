@@ -24,8 +24,8 @@ type Floats = memoryview[float]
 class Mesh:
     """A mesh on the driver. Its corners are its vertices there, as normals and UVs differ between the faces of one vertex.
 
-    `parts` has the number of indices for each material slot; `hull` the corners of triangles that hold all of it; `lost` says how
-    many triangles are left out, as their vertices are not sound.
+    `parts` has the indices of each material slot that faces have; `hull` the corners of triangles that hold all of it; `triangles`
+    says how many are drawn, `lost` how many are left out, as their vertices are not sound.
     """
 
     def __init__(self, mesh: bpy.types.Mesh) -> None:
@@ -75,7 +75,7 @@ class Mesh:
                 batch.vertbuf_add(self._paint(mesh, paint, name))
             self._batches[key] = batch
 
-    def batch(self, slot: int, paint: Paint = Paint.NOTHING, name: str = "") -> gpu.types.GPUBatch:
+    def batch(self, slot: int, paint: Paint, name: str) -> gpu.types.GPUBatch:
         """Return what `prepare` made ready. Raises KeyError where it did not."""
         return self._batches[slot, paint, name]
 

@@ -15,7 +15,6 @@ EEVEES = {  # what the engine follows of EEVEE's settings
     "EEVEE_MATERIAL_PT_context_material",
     "EEVEE_MATERIAL_PT_surface",
     "EEVEE_WORLD_PT_surface",
-    "MATERIAL_PT_preview",
     "RENDER_PT_eevee_film",
     "VIEWLAYER_PT_override",
 }

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from ..glsl import SHADERS, source
+from ..glsl import COVERING, SHADERS, source
 from .laws import LAMBERT, Law
 
 MOST_LAMPS = 64
@@ -34,7 +34,7 @@ class Paint(StrEnum):
 
 @dataclass(frozen=True)
 class Light:
-    """What a scene's light asks of every shader: kinds of lamps, shadows, an ambient term, and whether anything scatters."""
+    """What a scene's light asks of every shader: kinds of lamps, shadows, an ambient term."""
 
     kinds: frozenset[str] = frozenset()
     shadows: bool = False
@@ -88,8 +88,8 @@ def surface(variant: Variant) -> Program:
         if used:
             defines.append(name)
             stems += needs
-    lamps, structs = source("lamps").split("struct Lamp {", 1)
-    struct, functions = structs.split("};", 1)
+    comment, rest = source("lamps").split("struct Lamp {", 1)
+    members, functions = rest.split("};", 1)  # the struct is declared ahead, for the blocks
     lines = [f"#define {name}" for name in defines]
     lines += [f"#define RADIANCE(n, l, v) {law.radiance}", f"#define ALBEDO(mu) {law.ambient}"]
     attributes, varyings = {"position": "VEC3", "normal": "VEC3"}, {"world_position": "VEC3", "world_normal": "VEC3"}
@@ -101,14 +101,14 @@ def surface(variant: Variant) -> Program:
     return Program(
         "true_diffuse_surface",
         "\n".join((*lines, _file("surface_vertex"))),
-        "\n".join((*lines, lamps, functions, source(*stems), law.more, _file("surface_fragment"))),
+        "\n".join((*lines, comment, functions, source(*stems), law.more, _file("surface_fragment"))),
         attributes,
         varyings,
         {"object_matrix": "MAT4", "orientation": "FLOAT"} | ({"object_number": "INT"} if variant.scatters else {}),
         dict.fromkeys(("shadow_map",) * light.shadows + ("color_image",) * (variant.paint is Paint.IMAGE), "FLOAT_2D"),
         blocks,
         ("out_radiance", *(("out_entering", "out_distance", "out_tint") if variant.scattering else ())),
-        f"struct Lamp {{{struct}}};\n",
+        f"struct Lamp {{{members}}};\n",
     )
 
 
@@ -129,7 +129,7 @@ def whole(
     """Return the program of shaders/realtime/NAME.glsl, which covers the picture; `stems` of shaders/ are included before it."""
     return Program(
         f"true_diffuse_{name}",
-        "void main() { gl_Position = vec4(position, 0.0, 1.0); }",
+        COVERING,
         "\n".join((source(*stems), _file(name))),
         {"position": "VEC2"},
         constants=constants,

@@ -37,11 +37,11 @@ class Tile:
 def tiles(lamps: Sequence[Lamp], parts: Sequence[Part], view: View) -> list[Tile]:
     """Return the maps of the lamps that cast shadows, as large as they all fit."""
     casting = [index for index, lamp in enumerate(lamps) if lamp.casts]
-    if not casting or not parts:
+    casters = [part.matrix @ Vector(point) for part in parts if part.casts for point in part.mesh.hull]
+    if not casting or not casters:
         return []
     across = math.ceil(math.sqrt(len(casting)))
     size = MAP_SIZE // across
-    casters = [part.matrix @ Vector(point) for part in parts if part.casts for point in part.mesh.hull]
     seen = list(_seen(parts, view))
     made = []
     for place, index in enumerate(casting):
@@ -105,7 +105,7 @@ def _spot(lamp: Lamp, casters: Sequence[Vector], size: int) -> tuple[Matrix, flo
     """Return a spot's projection, which holds its cone, and what a texel covers [m] at a distance of 1 m."""
     place = Vector(lamp.place)
     turn = Vector(lamp.towards).to_track_quat("Z", "Y").to_matrix().inverted()
-    far = max(((point - place).length for point in casters), default=1.0) * 1.001
+    far = max(1e-6, max((point - place).length for point in casters)) * 1.001
     near = far * NEAREST
     stretch = 1.0 / max(min(Vector(lamp.across).length, Vector(lamp.up).length), 1e-6)
     half = min(math.tan(min(math.acos(max(-1.0, min(lamp.edge, 1.0))), WIDEST)) * stretch, math.tan(WIDEST))

@@ -47,6 +47,11 @@ class View:
         return blocks.view(self.projection, self.eye, self.is_perspective, world)
 
 
+def eye_at(place: Matrix, is_perspective: bool) -> Vector:
+    """Return the eye of a View, of a camera that stands at `place` and looks along its -z axis."""
+    return place.translation.copy() if is_perspective else (place.to_3x3() @ Vector((0.0, 0.0, 1.0))).normalized()
+
+
 def offset(sample: int, size: float) -> tuple[float, float]:
     """Return where a sample is taken, right of and above the pixel's center [pixels], in a filter `size` pixels wide.
 

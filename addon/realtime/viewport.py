@@ -5,12 +5,10 @@ from functools import partial
 
 import bpy
 
-from mathutils import Vector
-
 from .contents import Contents
 from .drawing import Painter, Refused
 from .final import background, failed
-from .view import View
+from .view import View, eye_at
 
 
 class Viewport:
@@ -70,11 +68,7 @@ class Viewport:
         if self._sample < scene.true_diffuse.viewport_samples:
             painter.add(view, self._sample, scene.render.filter_size, background(scene, painter.contents))
             self._sample += 1
-        engine.bind_display_space_shader(scene)
-        try:
-            painter.show_blended()
-        finally:
-            engine.unbind_display_space_shader()
+        painter.show_blended()  # Blender applies the view transform
         engine.update_stats(f"Sample {self._sample}", "; ".join((*painter.contents.notes, *painter.notes)))
         if self._sample < scene.true_diffuse.viewport_samples:
             bpy.app.timers.register(partial(redraw, context.area.as_pointer()))  # what asks for it while it is drawn is not heard
@@ -84,7 +78,7 @@ def _window(context: bpy.types.Context) -> View:
     """Return the view of a viewport."""
     region, view = context.region, context.region_data
     place = view.view_matrix.inverted_safe()
-    eye = place.translation.copy() if view.is_perspective else (place.to_3x3() @ Vector((0.0, 0.0, 1.0))).normalized()
+    eye = eye_at(place, view.is_perspective)
     return View(view.perspective_matrix.copy(), eye, view.is_perspective, region.width, region.height)
 
 

@@ -14,9 +14,8 @@ from ...scenes.five_characters import FiveCharacters
 from ...scenes.sphere import SphereUnderSun
 from .. import engines, materials
 from ..engines import CYCLES, EEVEE, Engine
-from ..glsl import source
+from ..glsl import COVERING, source, triangle
 from ..measure import render
-from ..measure.glsl import VERTEX, triangle
 from ..measure.record import Progress, Record
 from ..nodes import ROUGH_DIFFUSE, lamps
 from .forms import FORMS, Form
@@ -65,7 +64,7 @@ def _draw(form: Form) -> Callable[[], None]:
     info.vertex_in(0, "VEC2", "position")
     info.fragment_out(0, "VEC4", "result")
     info.push_constant("FLOAT", "roughness")
-    info.vertex_source(VERTEX)
+    info.vertex_source(COVERING)
     info.fragment_source(f"""{source("oren_nayar")}
 {form.function()}
 void main() {{

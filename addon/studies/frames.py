@@ -14,7 +14,7 @@ from mathutils import Vector
 from ...scenes import five_characters
 from ..measure.record import Progress, Record
 from ..realtime.contents import BLACK, Contents
-from ..realtime.drawing import Painter
+from ..realtime.drawing import CLEAR, Painter
 from ..realtime.laws import LAWS, Law
 from ..realtime.view import View
 from . import contest
@@ -25,7 +25,6 @@ ALBEDO = 0.8
 QUICK_LAMPS, QUICK_ROUNDS = (1,), 2
 AS_BUILT = "key, shadow, sky"
 DETAILS = (0.25, 1.0, 4.0)
-NOTHING = (0.0, 0.0, 0.0, 0.0)
 AS_BUILT_LAWS: Mapping[str, Law] = {contest.PLAIN_LAMBERT: contest.CONTESTANTS[contest.PLAIN_LAMBERT]} | {
     f"{law.stem}.glsl": law for law in LAWS.values()
 }
@@ -75,7 +74,7 @@ class Stage:
         self._wait()
         wall, processor = time.perf_counter(), time.process_time()
         painter.begin(self._view)
-        painter.add(self._view, 0, 0.0, NOTHING)
+        painter.add(self._view, 0, 0.0, CLEAR)
         with self._finished.bind():
             painter.show()
         self._wait()
