@@ -29,8 +29,9 @@ if TYPE_CHECKING:
     from true_diffuse.addon.engines import Engine
     from true_diffuse.addon.leave_out.simplify import Finding
     from true_diffuse.addon.measure.record import Record
+    from true_diffuse.addon.studies.batch.face import Face
     from true_diffuse.addon.studies.batch.face import Order as FaceOrder
-    from true_diffuse.addon.studies.batch.five import Order
+    from true_diffuse.addon.studies.batch.five import Five, Order
     from true_diffuse.addon.tolerance import Choice
 
 REPORT, OUT = Path("report/report.json"), Path("comparison")
@@ -289,19 +290,11 @@ def compare_five(options: Options, chosen: list["Engine"], staging: Staging, ter
     """Compare the five characters with the analytic models."""
     from true_diffuse.addon.studies import five, pictures
     from true_diffuse.addon.studies.batch.five import Five, collect
-    from true_diffuse.addon.studies.batch.results import BatchError, Results
 
     choices = _pick(options, chosen, terminal)
     order = order_of(options, [engine.key for engine in chosen], choices)
-    with tempfile.TemporaryDirectory(prefix="parts_", dir=staging.folder) as folder:
-        results, worker = Results(Path(folder), ""), Five(order, chosen)
-        try:
-            with terminal.progress(order.work()) as progress:
-                for parts in order.chunks():
-                    worker.do(parts, results, progress)
-            collected = collect(order, results, staging.folder)
-        except BatchError as error:
-            raise BadInput(str(error)) from error
+    worker = Five(order, chosen)
+    collected = _do_all(worker, collect, staging, terminal)
     _tell_left_out(worker.left_out, terminal)
     if options.save_blend and worker.stage:
         pictures.save_blend(worker.stage.scene, staging.folder / "five.blend")
@@ -313,6 +306,21 @@ def compare_five(options: Options, chosen: list["Engine"], staging: Staging, ter
     if held := collected.realtime_from_cycles:
         terminal.table("Realtime from Cycles with no bounces, key light alone", *five.realtime_from_cycles_table(held))
     return written
+
+
+def _do_all[C](worker: "Five | Face", collect: Callable[..., C], staging: Staging, terminal: Terminal) -> C:
+    """Do all parts of a worker's order and return what they come to, pictures staged. Raises BadInput where one cannot be done."""
+    from true_diffuse.addon.studies.batch.results import BatchError, Results
+
+    with tempfile.TemporaryDirectory(prefix="parts_", dir=staging.folder) as folder:
+        results = Results(Path(folder), "")
+        try:
+            with terminal.progress(worker.order.work()) as progress:
+                for parts in worker.order.chunks():
+                    worker.do(parts, results, progress)
+            return collect(worker.order, results, staging.folder)
+        except BatchError as error:
+            raise BadInput(str(error)) from error
 
 
 def _pick(options: Options, chosen: list["Engine"], terminal: Terminal) -> dict[str, "Choice"]:
@@ -384,18 +392,10 @@ def compare_face(options: Options, chosen: list["Engine"], staging: Staging, ter
     from true_diffuse.addon.studies import face as study
     from true_diffuse.addon.studies import pictures
     from true_diffuse.addon.studies.batch.face import Face, collect
-    from true_diffuse.addon.studies.batch.results import BatchError, Results
 
     order = face_order(options, [engine.key for engine in chosen])
-    with tempfile.TemporaryDirectory(prefix="parts_", dir=staging.folder) as folder:
-        results, worker = Results(Path(folder), ""), Face(order, chosen)
-        try:
-            with terminal.progress(order.work()) as progress:
-                for parts in order.chunks():
-                    worker.do(parts, results, progress)
-            collected = collect(order, results, staging.folder)
-        except BatchError as error:
-            raise BadInput(str(error)) from error
+    worker = Face(order, chosen)
+    collected = _do_all(worker, collect, staging, terminal)
     _tell_left_out(worker.left_out, terminal)
     if options.save_blend and worker.stage:
         pictures.save_blend(worker.stage.scene, staging.folder / "face.blend")
