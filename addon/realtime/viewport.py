@@ -55,7 +55,7 @@ class Viewport:
             self._refuse(engine, failed(error))
 
     def _refuse(self, engine: bpy.types.RenderEngine, message: str) -> None:
-        """Say in the viewport and in the status bar why nothing is drawn."""
+        """Say in the viewport why nothing is drawn, and report it."""
         self._view = None
         engine.update_stats(engine.bl_label, message)
         engine.report({"ERROR"}, message)

@@ -162,6 +162,7 @@ def draw_in_real_time() -> Steps:
     yield 1.0
     for item in (*added, sun):
         bpy.data.objects.remove(item)
+    cube().select_set(True)
     yield 2.0
     view.spaces.active.shading.type = "SOLID"
     scene.render.engine = "BLENDER_EEVEE"

@@ -4,7 +4,6 @@
 What the engines' heads come to is held against each other when all is collected.
 """
 
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -20,7 +19,7 @@ from ...measure.record import Progress, Record
 from .. import face, pictures
 from ..environment import environment, merged
 from ..five import MEASUREMENT_WORK
-from .five import PICTURE, Collected, Part, copy, floats, left_out
+from .five import PICTURE, PICTURE_SUFFIXES, Collected, Part, copy, floats, left_out, rendered
 from .results import BatchError, Results
 
 LOOKS = {look.name: look for look in scene.LOOKS}
@@ -114,10 +113,7 @@ class Face:
 
     def _picture(self, stage: scene.Face, part: Part, engine: Engine, progress: Progress) -> tuple[Record, dict[str, bytes]]:
         samples, denoise = self.order.samples[engine.key], engine is engines.CYCLES
-        with tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder:
-            target, captions = Path(folder) / "face", face.captions(stage)
-            seconds = pictures.render_picture(stage.scene, engine, samples, target, captions, progress, denoise)
-            files = {suffix: target.with_name(f"face_{engine.key}.{suffix}").read_bytes() for suffix in ("png", "exr")}
+        seconds, files = rendered(stage.scene, engine, samples, face.captions(stage), progress, denoise)
         made = {"engine": engine.key, "samples": samples, "denoised": denoise, "render_seconds": seconds}
         return {"picture": {"character": part.character, **made}}, files
 
@@ -143,7 +139,7 @@ def collect(order: Order, results: Results, folder: Path) -> Collected:
             record, engine = found[part], ENGINES[part.engine]
             if part.look == PICTURE:
                 shown.append(record["picture"])
-                for suffix in ("png", "exr"):
+                for suffix in PICTURE_SUFFIXES:
                     copy(results.file(part.name, suffix), folder / f"{order.prefix(character)}face_{engine.key}.{suffix}")
                 continue
             look = LOOKS[part.look]

@@ -30,6 +30,7 @@ from ..environment import environment, merged
 from .results import BatchError, Results
 
 PICTURE, ERROR_MAP = "picture", "error_map"  # beside the looks' names
+PICTURE_SUFFIXES = ("png", "exr")
 MAP_WORK = 1.0
 CHUNK = 8
 
@@ -149,6 +150,16 @@ class Part:
         return {PICTURE: pictures.PICTURE_WORK, ERROR_MAP: MAP_WORK}.get(self.look, measured * five.MEASUREMENT_WORK)
 
 
+def rendered(
+    scene: bpy.types.Scene, engine: Engine, samples: int, captions: pictures.Captions, progress: Progress, denoise: bool = False
+) -> tuple[float, dict[str, bytes]]:
+    """Return how long a picture took [s], and what its files hold, by suffix."""
+    with tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder:
+        target = Path(folder) / "picture"
+        seconds = pictures.render_picture(scene, engine, samples, target, captions, progress, denoise)
+        return seconds, {suffix: target.with_name(f"picture_{engine.key}.{suffix}").read_bytes() for suffix in PICTURE_SUFFIXES}
+
+
 class Five:
     """Who does parts of an `order` with the engines that run here, and keeps the scene of the last character and its frames."""
 
@@ -225,11 +236,7 @@ class Five:
     def _picture(self, engine: Engine, progress: Progress) -> tuple[Record, dict[str, bytes]]:
         assert self.stage is not None
         samples = self.order.samples[engine.key]
-        with tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder:
-            target = Path(folder) / "five"
-            captions = five.five_captions(self.stage)
-            seconds = pictures.render_picture(self.stage.scene, engine, samples, target, captions, progress)
-            files = {suffix: target.with_name(f"five_{engine.key}.{suffix}").read_bytes() for suffix in ("png", "exr")}
+        seconds, files = rendered(self.stage.scene, engine, samples, five.five_captions(self.stage), progress)
         return {"engine": engine.key, "samples": samples, "render_seconds": seconds}, files
 
     def _measured(self, part: Part, engine: Engine, progress: Progress) -> tuple[Record, dict[str, bytes]]:
@@ -291,7 +298,7 @@ def collect(order: Order, results: Results, folder: Path) -> Collected:
     parts = list(order.parts())
     found = dict(zip(parts, results.records(part.name for part in parts), strict=True))
     for shown in order.pictures():
-        for suffix in ("png", "exr"):
+        for suffix in PICTURE_SUFFIXES:
             copy(results.file(shown.name, suffix), folder / f"{order.prefix(shown)}five_{shown.engine}.{suffix}")
         error_map = results.file(replace(shown, look=ERROR_MAP).name, "png")
         copy(error_map, folder / f"{order.prefix(shown)}error_{shown.engine}.png")
