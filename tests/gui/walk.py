@@ -125,6 +125,7 @@ def switch_engines() -> Steps:
 def draw_in_real_time() -> Steps:
     """Orbit, edit, switch engines while the viewport draws and while a picture renders, with shadows and skin."""
     scene, view, properties = bpy.context.scene, area("VIEW_3D"), area("PROPERTIES")
+    before = view.spaces.active.region_3d.view_matrix.copy()
     with within(view):
         bpy.ops.mesh.primitive_plane_add(size=12.0, location=(0.0, 0.0, -1.0))
         bpy.ops.mesh.primitive_monkey_add(location=(0.0, -2.2, 0.0), rotation=(-0.5, 0.0, 0.6))
@@ -163,6 +164,8 @@ def draw_in_real_time() -> Steps:
     for item in (*added, sun):
         bpy.data.objects.remove(item)
     cube().select_set(True)
+    view.spaces.active.region_3d.view_matrix = before
+    bpy.ops.ed.undo_push(message="Cleaned up")
     yield 2.0
     view.spaces.active.shading.type = "SOLID"
     scene.render.engine = "BLENDER_EEVEE"
