@@ -122,6 +122,7 @@ def cost(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> li
 def frames(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Time frames of True Diffuse Realtime: each model and form of equation (1) against Lambert's law, and how the cost grows."""
     import gpu
+
     from true_diffuse.addon.engines import EEVEE
     from true_diffuse.addon.studies import contest, frames
 

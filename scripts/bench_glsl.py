@@ -33,6 +33,7 @@ from true_diffuse.addon.studies.contest import Setting
 
 if TYPE_CHECKING:
     import moderngl
+
     from true_diffuse.addon.measure.record import Record
 
 RESOLUTION, QUICK_RESOLUTION = (1920, 1080), (480, 270)

@@ -16,11 +16,12 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+import moderngl
+from pxr import Tf, Usd, UsdShade, UsdValidation
+
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 import materialx_code
-import moderngl
 from console import Parser, Terminal, script_arguments
-from pxr import Tf, Usd, UsdShade, UsdValidation
 from true_diffuse.addon import models
 from true_diffuse.addon.models import Model
 from true_diffuse.addon.models.vector import Vector, dot

@@ -207,9 +207,8 @@ class ReportJob:
     """Who does the tasks of the study of error against run time."""
 
     def __init__(self, document: Mapping[str, Any], usable: Sequence["Engine"]) -> None:
-        from true_diffuse.addon.studies.batch.report import Order, Study
-
         import report
+        from true_diffuse.addon.studies.batch.report import Order, Study
 
         self.order = Order.unpacked(document["order"])
         self.study = Study(self.order, usable, report.hard_inputs)
@@ -241,9 +240,8 @@ class ReportJob:
 
     def collect(self, results: Results, staging: Staging) -> list[str]:
         """Write what the parts came to; returns what to say of it. Raises BatchError, BadInput."""
-        from true_diffuse.addon.studies.batch.report import collect
-
         import report
+        from true_diffuse.addon.studies.batch.report import collect
 
         said = []
         for name, one in collect(self.order, results).items():

@@ -73,6 +73,7 @@ def build(scene: "bpy.types.Scene") -> "bpy.types.Object":
     import bpy
 
     from mathutils import Vector
+
     from true_diffuse.scenes import character
     from true_diffuse.scenes.subject import HEIGHT as UPRIGHT
 

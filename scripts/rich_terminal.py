@@ -6,10 +6,11 @@ from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from typing import Self
 
-from console import Progress, Terminal
 from rich import progress as bars
 from rich.console import Console
 from rich.table import Table
+
+from console import Progress, Terminal
 
 WIDTH = 100  # of output that goes to a file
 

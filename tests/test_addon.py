@@ -4,8 +4,9 @@
 import bpy
 
 import pytest
-import true_diffuse
 from mathutils import Vector
+
+import true_diffuse
 from true_diffuse.addon.nodes.lamps import LAMPS
 from true_diffuse.addon.ui import menus
 from true_diffuse.scenes import subject

@@ -4,6 +4,7 @@
 from dataclasses import astuple
 
 import pytest
+
 from true_diffuse.addon.engines import REALTIME
 from true_diffuse.addon.studies import animation
 

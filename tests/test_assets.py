@@ -9,6 +9,7 @@ from pathlib import Path
 import bpy
 
 import pytest
+
 from true_diffuse.addon import assets
 from true_diffuse.addon.appended import FILE
 from true_diffuse.addon.marks import STAMP

@@ -10,6 +10,7 @@ import bmesh
 import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
+
 from true_diffuse.scenes import character, five_characters
 from true_diffuse.scenes.subject import ALBEDO_ATTRIBUTE
 

@@ -5,9 +5,10 @@ import math
 from itertools import pairwise
 
 import pytest
-from fit_subsurface import width, wrenninge
 from hypothesis import given
 from hypothesis import strategies as st
+
+from fit_subsurface import width, wrenninge
 from true_diffuse.addon.models import mean_fresnel, plane_albedo
 from true_diffuse.addon.models.coat import mean_cosine
 from true_diffuse.addon.models.conversion import (

@@ -7,6 +7,7 @@ from pathlib import Path
 import bpy
 
 import pytest
+
 from true_diffuse.addon import convert, engines
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE

@@ -4,6 +4,7 @@
 import bpy
 
 import pytest
+
 from true_diffuse.addon import engines, materials
 from true_diffuse.addon.claims import MODELS
 from true_diffuse.addon.leave_out.simplify import simplify

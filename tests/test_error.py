@@ -5,6 +5,7 @@ import math
 from array import array
 
 import pytest
+
 from true_diffuse.addon.measure.error import Analytic, Light, Surface, analytic, errors, signed_difference
 from true_diffuse.addon.measure.picture import DIVERGING, diverging_color, scale_place
 from true_diffuse.addon.models import Lambert

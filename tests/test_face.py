@@ -5,6 +5,7 @@ from array import array
 from itertools import pairwise
 
 import pytest
+
 from true_diffuse.addon import engines
 from true_diffuse.addon.presets import PRESETS
 from true_diffuse.addon.studies import face as study

@@ -11,8 +11,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import bench_glsl
 import pytest
+
+import bench_glsl
 from true_diffuse.addon.glsl import source
 from true_diffuse.addon.models import OrenNayar
 from true_diffuse.addon.realtime import blocks, program

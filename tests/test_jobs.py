@@ -24,6 +24,7 @@ from openjd.model import (
     decode_job_template,
     preprocess_job_parameters,
 )
+
 from true_diffuse.addon.osl import compiles_osl
 from true_diffuse.addon.studies.batch import inputs, worker
 from true_diffuse.addon.studies.batch.bundle import WORDS

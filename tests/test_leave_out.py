@@ -10,6 +10,7 @@ import mpmath
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from true_diffuse.addon import engines, materials, usd
 from true_diffuse.addon.leave_out import arithmetic
 from true_diffuse.addon.leave_out.check import check

@@ -3,9 +3,10 @@
 
 import math
 
-import fit_lobes
 import mpmath
 import pytest
+
+import fit_lobes
 from true_diffuse.addon.measure.lobe_error import lobe_error
 from true_diffuse.addon.models import (
     CyclesDiffuse,

@@ -4,8 +4,9 @@
 import re
 from pathlib import Path
 
-import manual
 import pytest
+
+import manual
 from true_diffuse.addon.measure import picture
 from true_diffuse.addon.measure.render import openimageio
 from true_diffuse.addon.nodes import GROUPS, Group

@@ -8,6 +8,7 @@ import bpy
 
 import pytest
 from mathutils import Vector
+
 from true_diffuse.addon import engines, materials
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.models import (

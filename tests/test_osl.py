@@ -9,8 +9,9 @@ from functools import partial
 
 import bpy
 
-import fit_ramps
 import pytest
+
+import fit_ramps
 import referee
 from true_diffuse.addon import engines, materials, models
 from true_diffuse.addon.measure import judge, osl, render

@@ -10,8 +10,9 @@ import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path, PurePosixPath
 
-import package as script
 import pytest
+
+import package as script
 from true_diffuse.addon.nodes import GROUPS
 from true_diffuse.addon.presets import PRESETS
 

@@ -10,6 +10,7 @@ from typing import Any
 import bpy
 
 import pytest
+
 from true_diffuse.addon import materials
 from true_diffuse.addon.claims import claim_of, stated_error
 from true_diffuse.addon.engines import CYCLES, EEVEE, REALTIME

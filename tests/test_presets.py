@@ -6,6 +6,7 @@ import math
 import bpy
 
 import pytest
+
 from true_diffuse.addon import materials
 from true_diffuse.addon.models import MEDIA, TONES, plane_albedo
 from true_diffuse.addon.models.conversion import MU

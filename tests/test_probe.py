@@ -9,6 +9,7 @@ from statistics import fmean
 import bpy
 
 import pytest
+
 from true_diffuse.addon import materials
 from true_diffuse.addon.engines import CYCLES, EEVEE, REALTIME, Engine
 from true_diffuse.addon.leave_out.simplify import simplify

@@ -11,6 +11,7 @@ import bpy
 import bmesh
 import pytest
 from mathutils import Matrix, Vector
+
 from true_diffuse.addon import materials
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
 from true_diffuse.addon.realtime import contents, drawing, laws, program, shadows

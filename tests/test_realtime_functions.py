@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import bpy
 
-import fit_albedo
 import pytest
+
+import fit_albedo
 from true_diffuse.addon import engines, models
 from true_diffuse.addon.glsl import SHADERS
 from true_diffuse.addon.measure import render

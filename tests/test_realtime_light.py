@@ -13,6 +13,7 @@ import bpy
 import bmesh
 import pytest
 from mathutils import Matrix, Vector
+
 from true_diffuse.addon import engines, materials, models
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.measure.profile import edge_width

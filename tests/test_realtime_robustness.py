@@ -15,10 +15,11 @@ from types import SimpleNamespace
 import bpy
 
 import bmesh
-import checkout
 import gpu
 import pytest
 from mathutils import Matrix
+
+import checkout
 from true_diffuse.addon import engines, materials, properties
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
 from true_diffuse.addon.realtime import contents, drawing, engine, meshes, shadows, view, viewport

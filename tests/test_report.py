@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
+
 from true_diffuse.addon.tolerance import choose
 
 SCRIPT = Path(__file__).resolve().parent.parent / "scripts" / "report.py"

@@ -4,6 +4,7 @@
 import bpy
 
 import pytest
+
 from true_diffuse.addon import engines, materials
 from true_diffuse.addon.models import directional_albedo
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE

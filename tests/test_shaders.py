@@ -12,6 +12,7 @@ from contextlib import nullcontext
 from functools import partial
 
 import pytest
+
 import referee
 from true_diffuse.addon import models
 from true_diffuse.addon.glsl import BEFORE, SHADERS, source

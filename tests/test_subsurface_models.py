@@ -8,6 +8,7 @@ import mpmath
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from true_diffuse.addon.models import (
     EDGE_WIDTH_10_90,
     EDGE_WIDTH_25_75,

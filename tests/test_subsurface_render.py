@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import bpy
 
 import pytest
+
 from true_diffuse.addon import engines
 from true_diffuse.addon.measure.profile import edge_width
 from true_diffuse.addon.models import Burley

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from true_diffuse.addon.studies.environment import environment
 from true_diffuse.addon.tolerance import Unmet, choose, parse_percent, read_report, told
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import bpy
 
 import pytest
+
 from true_diffuse.addon import materials, upgrade
 from true_diffuse.addon.marks import STAMP
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, Group, lamps

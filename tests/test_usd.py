@@ -15,6 +15,7 @@ from pathlib import Path
 import bpy
 
 import pytest
+
 from true_diffuse.addon import glTF2ExportUserExtension, materials, models, presets, usd
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 from true_diffuse.addon.nodes.rough_diffuse import MODES

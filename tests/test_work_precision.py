@@ -12,6 +12,7 @@ from pathlib import Path
 import bpy
 
 import pytest
+
 from true_diffuse.addon import engines, materials
 from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.studies.work_precision import curves, fit, page, plot, stability
