@@ -3,10 +3,11 @@
 
 Written from the papers' forms in angles and from nothing of ours, without a thought for cancellation, which 50 digits outlast. No
 bpy. The vectors are taken as they are, not normalized: cosines above 1 count as 1, and there is no radiance where a cosine is below
-1e-18 or a vector is zero, not finite or longer than about 1e9, which is what the shaders promise. Parameters and albedo outside
-their range are moved to its nearest end, NaN to the lower one.
+1e-18, a vector is zero or not finite, N or V is longer than about 1e9, or N.L is above 1e18, which is what the shaders promise.
+Parameters and albedo outside their range are moved to its nearest end, NaN to the lower one.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -38,11 +39,11 @@ class Angles(NamedTuple):
 
 def angles(n: Vector, l: Vector, v: Vector, context: Context) -> Angles | None:
     """Return the angles between vectors of about unit length, None where there is nothing to see."""
-    if not sum(map(abs, (*n, *l, *v))) < 1e9:
+    if not sum(map(abs, (*n, *v))) < 1e9 or not all(map(math.isfinite, l)):
         return None
     n, l, v = ([context.mpf(x) for x in vector] for vector in (n, l, v))
     cos_i, cos_o = dot(n, l), dot(n, v)
-    if cos_i < 1e-18 or cos_o < 1e-18:
+    if not 1e-18 < cos_i < 1e18 or cos_o < 1e-18:
         return None
     cos_i, cos_o = min(context.one, cos_i), min(context.one, cos_o)
     sines = context.sqrt(1 - cos_i**2) * context.sqrt(1 - cos_o**2)

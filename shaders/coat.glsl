@@ -40,24 +40,39 @@ float coat_kept(float mu, float alpha)
     return 1.0 - near * (0.53998 + alpha * (0.34955 + 2.8904 * alpha) + mu * (-0.51646 + alpha * (3.5440 - 2.8879 * alpha)));
 }
 
-// Returns the radiance that the coat mirrors towards v per irradiance E0 on a plane that faces the light [1/sr], without F.
-// n, l, v: unit normal, direction to the light and to the viewer; geometry.glsl says what becomes of others.
+struct CoatSurface {
+    DiffuseView view;
+    vec3 n;
+    vec3 v;
+    float alpha2;
+    float r_o;   // R(N.V)
+    float scale; // alpha^2 / (2 pi E(N.V))
+};
+
+// Returns what all lamps have in common. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
 // roughness: 0 to 1, clamped, NaN gives 0.
-float coat_highlight(vec3 n, vec3 l, vec3 v, float roughness)
+CoatSurface coat_surface(vec3 n, vec3 v, float roughness)
 {
-    DiffuseGeometry g = diffuse_geometry(n, l, v);
-    vec3 h = l + v;
-    float h_dot_h = dot(h, h);
-    if (!(g.mu_i > 0.0) || !(h_dot_h > 1e-30)) {
-        return 0.0;
-    }
+    DiffuseView view = diffuse_view(n, v);
     float alpha = coat_alpha(roughness);
     float alpha2 = alpha * alpha;
-    vec3 across = cross(n, h);
+    float r_o = sqrt(alpha2 + (1.0 - alpha2) * view.mu_o * view.mu_o);
+    return CoatSurface(view, n, v, alpha2, r_o, alpha2 / (6.28318530717959 * coat_kept(view.mu_o, alpha)));
+}
+
+// Returns the radiance that the coat mirrors towards v per irradiance E0 on a plane that faces the light [1/sr], without F.
+// l: unit direction to the light.
+float coat_highlight(CoatSurface surface, vec3 l)
+{
+    float mu_i = diffuse_geometry(surface.view, l).mu_i;
+    vec3 h = l + surface.v;
+    float h_dot_h = dot(h, h);
+    if (!(mu_i > 0.0) || !(h_dot_h > 1e-30)) {
+        return 0.0;
+    }
+    vec3 across = cross(surface.n, h);
     // sin^2 of the angle between N and H, which 1 - (N.H)^2 would lose, and from it (N.H)^2 (alpha^2 - 1) + 1
-    float spread = alpha2 + (1.0 - alpha2) * min(dot(across, across) / h_dot_h, 1.0);
-    float r_i = sqrt(alpha2 + (1.0 - alpha2) * g.mu_i * g.mu_i);
-    float r_o = sqrt(alpha2 + (1.0 - alpha2) * g.mu_o * g.mu_o);
-    float once = alpha2 / (spread * spread) * g.mu_i / (g.mu_o * r_i + g.mu_i * r_o);
-    return once / (6.28318530717959 * coat_kept(g.mu_o, alpha));
+    float spread = surface.alpha2 + (1.0 - surface.alpha2) * min(dot(across, across) / h_dot_h, 1.0);
+    float r_i = sqrt(surface.alpha2 + (1.0 - surface.alpha2) * mu_i * mu_i);
+    return surface.scale / (spread * spread) * mu_i / (surface.view.mu_o * r_i + mu_i * surface.r_o);
 }

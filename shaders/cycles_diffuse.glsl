@@ -12,12 +12,17 @@ vec3 cycles_diffuse_coefficients(float roughness)
     return eon_coefficients(roughness);
 }
 
-// Returns the radiance reflected towards v per irradiance E0 on a plane that faces the light [1/sr].
-// n, l, v: unit normal, direction to the light and to the viewer; geometry.glsl says what becomes of others.
+// Returns what all lamps have in common. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
 // albedo: rho, the node's Color, 0 to 1, clamped, NaN gives 0. arl: from cycles_diffuse_coefficients.
-vec3 cycles_diffuse_radiance(vec3 n, vec3 l, vec3 v, vec3 albedo, vec3 arl)
+EonSurface cycles_diffuse_surface(vec3 n, vec3 v, vec3 albedo, vec3 arl)
 {
-    DiffuseGeometry g = diffuse_geometry(n, l, v);
-    vec3 rho = diffuse_albedo(albedo);
-    return rho * (fujii_lobe(g, arl.xy) + rho * eon_multiple(g, arl, rho)) / 3.14159265358979;
+    EonSurface surface = eon_surface(n, v, albedo, arl);
+    surface.again *= diffuse_albedo(albedo);
+    return surface;
+}
+
+// Returns the radiance towards v per irradiance E0 on a plane that faces the light [1/sr]; l: unit direction to the light.
+vec3 cycles_diffuse_radiance(EonSurface surface, vec3 l)
+{
+    return eon_radiance(surface, l);
 }

@@ -24,19 +24,24 @@ float eon_missing(float mu, float S)
     return (left + right) / 0.676401224401702; // pi (K1 - K2)
 }
 
-// Returns what is reflected more than once, where (rho / pi) E0 multiplies it; arl: from eon_coefficients, rho: the albedo.
-vec3 eon_multiple(DiffuseGeometry g, vec3 arl, vec3 rho)
+struct EonSurface {
+    FujiiSurface once;
+    vec3 again; // rho_ms (1 - E(N.V)) / pi
+};
+
+// Returns what all lamps have in common. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
+// albedo: rho, 0 to 1, clamped, NaN gives 0. arl: from eon_coefficients.
+EonSurface eon_surface(vec3 n, vec3 v, vec3 albedo, vec3 arl)
 {
-    float shape = g.mu_i * arl.z * eon_missing(g.mu_i, g.sin_i) * eon_missing(g.mu_o, g.sin_o);
-    return rho * ((1.0 - arl.z) * shape) / (1.0 - rho * arl.z);
+    FujiiSurface once = fujii_surface(n, v, albedo, arl.xy);
+    vec3 rho = diffuse_albedo(albedo);
+    float missing = arl.z * eon_missing(once.view.mu_o, once.view.sin_o);
+    return EonSurface(once, rho * rho * ((1.0 - arl.z) * missing / 3.14159265358979) / (1.0 - rho * arl.z));
 }
 
-// Returns the radiance reflected towards v per irradiance E0 on a plane that faces the light [1/sr].
-// n, l, v: unit normal, direction to the light and to the viewer; geometry.glsl says what becomes of others.
-// albedo: rho, 0 to 1, clamped, NaN gives 0. arl: from eon_coefficients.
-vec3 eon_radiance(vec3 n, vec3 l, vec3 v, vec3 albedo, vec3 arl)
+// Returns the radiance towards v per irradiance E0 on a plane that faces the light [1/sr]; l: unit direction to the light.
+vec3 eon_radiance(EonSurface surface, vec3 l)
 {
-    DiffuseGeometry g = diffuse_geometry(n, l, v);
-    vec3 rho = diffuse_albedo(albedo);
-    return rho * (fujii_lobe(g, arl.xy) + eon_multiple(g, arl, rho)) / 3.14159265358979;
+    DiffuseGeometry g = diffuse_geometry(surface.once.view, l);
+    return surface.once.color * fujii_lobe(surface.once, g) + surface.again * (g.mu_i * eon_missing(g.mu_i, g.sin_i));
 }

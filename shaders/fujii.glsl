@@ -12,18 +12,31 @@ vec2 fujii_coefficients(float roughness)
     return vec2(1.0 / (1.0 + 0.287793409210806 * r), r);
 }
 
-// Returns the part of the radiance [1] that (rho / pi) E0 multiplies; ar: from fujii_coefficients.
-float fujii_lobe(DiffuseGeometry g, vec2 ar)
+struct FujiiSurface {
+    DiffuseView view;
+    vec3 color; // rho A / pi
+    float r;
+    float r_over_mu; // r / (N.V)
+};
+
+// Returns what all lamps have in common. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
+// albedo: rho, 0 to 1, clamped, NaN gives 0. ar: from fujii_coefficients.
+FujiiSurface fujii_surface(vec3 n, vec3 v, vec3 albedo, vec2 ar)
 {
-    // (N.L) / t is at most 1 and stays finite where t vanishes.
-    float ramp = g.s > 0.0 ? (g.mu_i < g.mu_o ? g.mu_i / g.mu_o : 1.0) : g.mu_i;
-    return ar.x * max(0.0, g.mu_i + ar.y * g.s * ramp);
+    DiffuseView view = diffuse_view(n, v);
+    return FujiiSurface(view, diffuse_albedo(albedo) * (ar.x / 3.14159265358979), ar.y, ar.y / max(view.mu_o, 1e-18));
 }
 
-// Returns the radiance reflected towards v per irradiance E0 on a plane that faces the light [1/sr].
-// n, l, v: unit normal, direction to the light and to the viewer; geometry.glsl says what becomes of others.
-// albedo: rho, 0 to 1, clamped, NaN gives 0. ar: from fujii_coefficients.
-vec3 fujii_radiance(vec3 n, vec3 l, vec3 v, vec3 albedo, vec2 ar)
+// Returns L_r / (rho A E0 / pi); g: from diffuse_geometry.
+float fujii_lobe(FujiiSurface surface, DiffuseGeometry g)
 {
-    return diffuse_albedo(albedo) * (fujii_lobe(diffuse_geometry(n, l, v), ar) / 3.14159265358979);
+    // r (N.L) / t, which stays finite where t vanishes
+    float r_ramp = g.s > 0.0 ? min(surface.r, surface.r_over_mu * g.mu_i) : surface.r * g.mu_i;
+    return max(0.0, g.mu_i + g.s * r_ramp);
+}
+
+// Returns the radiance towards v per irradiance E0 on a plane that faces the light [1/sr]; l: unit direction to the light.
+vec3 fujii_radiance(FujiiSurface surface, vec3 l)
+{
+    return surface.color * fujii_lobe(surface, diffuse_geometry(surface.view, l));
 }

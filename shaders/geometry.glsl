@@ -2,16 +2,28 @@
 // What all the models need first: the angles between N, L and V, and inputs kept within their ranges. Include it before them.
 // GLSL 3.30 and ES 3.00 (under precision highp float); functions only, no bindings.
 //
-//     mu_i = N.L,   mu_o = N.V,   s = L.V - mu_i mu_o = sin(theta_i) sin(theta_o) cos(phi)
+// Each model is in two parts, as no driver is sure to take out of a loop over lamps what is the same for all: MODEL_surface works
+// out once for a pixel what depends on N, V and the material, MODEL_radiance the rest for a lamp:
+//     LambertSurface surface = lambert_surface(n, v, albedo);
+//     for each lamp: radiance += irradiance * lambert_radiance(surface, l);
 //
-// s, and a cosine near 0 or near 1, are what is left when numbers near 1 cancel, so a plain 32-bit dot() is off by 1e-4 of a
-// cosine of 1e-3. diffuse_dot has twice the digits.
+//     mu_i = N.L,   mu_o = N.V,   s = L.V - mu_i mu_o = L.(V - mu_o N) = sin(theta_i) sin(theta_o) cos(phi)
+//
+// A cosine near 0 or near 1 is what is left when numbers near 1 cancel, so a plain 32-bit dot() is off by 1e-4 of a cosine of 1e-3.
+// diffuse_dot has twice the digits. V - mu_o N is made with them, too, and then s may be a plain dot(): it is off by 1e-7 sin_o,
+// and what the models multiply it with vanishes with N.L as the rest of the radiance does.
+
+struct DiffuseView {
+    vec3 n_lead; // N's leading 11 bits, over 2048
+    vec3 n_rest; // the rest of N, over 2048
+    vec3 side;   // V - mu_o N
+    float mu_o;  // N.V, 0 to 1; 0 where there is nothing to see
+    float sin_o; // of the angle between N and V
+};
 
 struct DiffuseGeometry {
     float mu_i;  // N.L, 0 to 1; 0 where there is nothing to see
-    float mu_o;  // N.V, 0 to 1
     float sin_i; // of the angle between N and L
-    float sin_o; // of the angle between N and V
     float s;     // sin_i sin_o cos(phi), within +-sin_i sin_o
 };
 
@@ -36,37 +48,42 @@ vec2 diffuse_dot(vec3 a, vec3 b)
     return vec2(dot(a_lead, b_lead), dot(a_lead, b - b_lead) + dot(a - a_lead, b));
 }
 
-// Returns the geometry of unit vectors: normal, direction to the light and to the viewer.
-// Others are taken as they are, and cosines above 1 as 1. mu_i and mu_o are 0, and so is the radiance, where light or viewer are
-// behind the surface or nearer to its plane than 1e-18, or a vector is 0, NaN, infinite or longer than about 1e9.
-DiffuseGeometry diffuse_geometry(vec3 n, vec3 l, vec3 v)
+// Returns what all lamps have in common; n, v: normal and direction to the viewer, unit vectors.
+// Others are taken as they are, and cosines above 1 as 1. All of it is 0, and so is the radiance, where the viewer is behind the
+// surface or nearer to its plane than 1e-18, or a vector is 0, NaN, infinite or longer than about 1e9.
+DiffuseView diffuse_view(vec3 n, vec3 v)
 {
-    vec2 i = diffuse_dot(n, l);
     vec2 o = diffuse_dot(n, v);
-    float length_sum = dot(abs(n) + abs(l) + abs(v), vec3(1.0));
-    if (!(length_sum < 1e9) || !(i.x + i.y > 1e-18) || !(o.x + o.y > 1e-18)) {
-        return DiffuseGeometry(0.0, 0.0, 0.0, 0.0, 0.0);
+    if (!(dot(abs(n) + abs(v), vec3(1.0)) < 1e9) || !(o.x + o.y > 1e-18)) {
+        return DiffuseView(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0.0);
     }
-    float below_i = (1.0 - i.x) - i.y; // 1 - mu_i, exact where mu_i itself has no bits left
-    float below_o = (1.0 - o.x) - o.y;
-    if (below_i < 0.0) {
-        i = vec2(1.0, 0.0);
-        below_i = 0.0;
-    }
-    if (below_o < 0.0) {
-        o = vec2(1.0, 0.0);
-        below_o = 0.0;
-    }
-    float mu_i = i.x + i.y;
-    float mu_o = o.x + o.y;
-    float sin_i = sqrt(below_i * (1.0 + mu_i));
-    float sin_o = sqrt(below_o * (1.0 + mu_o));
-    // s = L.V - low high = (L.V - low) + low (1 - high), which keeps its digits where high is near 1 and loses none elsewhere
-    bool light_high = below_i < below_o;
-    vec2 left = diffuse_dot(l, v) - (light_high ? o : i);
-    float s = (left.x + (light_high ? mu_o * below_i : mu_i * below_o)) + left.y;
-    float most = sin_i * sin_o;
-    return DiffuseGeometry(mu_i, mu_o, sin_i, sin_o, clamp(s, -most, most));
+    float below = max((1.0 - o.x) - o.y, 0.0); // 1 - mu_o, exact where mu_o itself has no bits left
+    float mu_o = min(o.x + o.y, 1.0);
+    vec3 lead = floor(n * 2048.0 + 0.5) / 2048.0;
+    vec3 side = mu_o > 0.5 ? (v - n) + n * below : v - n * mu_o;
+    return DiffuseView(lead / 2048.0, (n - lead) / 2048.0, side, mu_o, sqrt(below * (1.0 + mu_o)));
+}
+
+// Returns N.x as diffuse_dot does.
+vec2 diffuse_height(DiffuseView view, vec3 x)
+{
+    vec3 wide = x * 2048.0;
+    vec3 lead = floor(wide + 0.5);
+    return vec2(dot(view.n_lead, lead), dot(view.n_lead, wide - lead) + dot(view.n_rest, wide));
+}
+
+// Returns the geometry of a lamp; l: the direction to it, a unit vector.
+// Others are taken as they are, and a cosine above 1 as 1. All of it is 0, and so is the radiance, where the light is behind the
+// surface or nearer to its plane than 1e-18, or l is 0, NaN, infinite or so long that N.L is above 1e18.
+DiffuseGeometry diffuse_geometry(DiffuseView view, vec3 l)
+{
+    vec2 i = diffuse_height(view, l);
+    float n_dot_l = i.x + i.y;
+    bool lit = n_dot_l > 1e-18 && n_dot_l < 1e18;
+    float mu_i = lit ? min(n_dot_l, 1.0) : 0.0;
+    float sin_i = sqrt(max((1.0 - i.x) - i.y, 0.0) * (1.0 + mu_i)); // not of mu_i, which has no bits left near 1
+    float most = sin_i * view.sin_o;
+    return DiffuseGeometry(mu_i, lit ? sin_i : 0.0, lit ? clamp(dot(l, view.side), -most, most) : 0.0);
 }
 
 // Returns asin(x) [radians] for x in 0 ... 1 within 3e-7 of its value; Mesa's built-in one is off by up to 4e-4.

@@ -13,12 +13,25 @@ vec2 oren_nayar_coefficients(float sigma)
     return vec2(1.0 - 0.5 * s2 / (s2 + 0.33), 0.45 * s2 / (s2 + 0.09));
 }
 
-// Returns the radiance reflected towards v per irradiance E0 on a plane that faces the light [1/sr].
-// n, l, v: unit normal, direction to the light and to the viewer (the paper's E); geometry.glsl says what becomes of others.
-// albedo: rho, 0 to 1, clamped, NaN gives 0. ab: from oren_nayar_coefficients.
-vec3 oren_nayar_radiance(vec3 n, vec3 l, vec3 v, vec3 albedo, vec2 ab)
+struct OrenNayarSurface {
+    DiffuseView view;
+    vec3 color; // rho / pi
+    vec2 ab;
+    float b_over_mu; // B / (N.E)
+};
+
+// Returns what all lamps have in common. n, v: unit normal and direction to the viewer (the paper's E); geometry.glsl says what
+// becomes of others. albedo: rho, 0 to 1, clamped, NaN gives 0. ab: from oren_nayar_coefficients.
+OrenNayarSurface oren_nayar_surface(vec3 n, vec3 v, vec3 albedo, vec2 ab)
 {
-    DiffuseGeometry g = diffuse_geometry(n, l, v);
-    float ramp = g.mu_i < g.mu_o ? g.mu_i / g.mu_o : 1.0;
-    return diffuse_albedo(albedo) * ((ab.x * g.mu_i + ab.y * max(0.0, g.s) * ramp) / 3.14159265358979);
+    DiffuseView view = diffuse_view(n, v);
+    return OrenNayarSurface(view, diffuse_albedo(albedo) / 3.14159265358979, ab, ab.y / max(view.mu_o, 1e-18));
+}
+
+// Returns the radiance towards v per irradiance E0 on a plane that faces the light [1/sr]; l: unit direction to the light.
+vec3 oren_nayar_radiance(OrenNayarSurface surface, vec3 l)
+{
+    DiffuseGeometry g = diffuse_geometry(surface.view, l);
+    float b_ramp = min(surface.ab.y, surface.b_over_mu * g.mu_i);
+    return surface.color * (surface.ab.x * g.mu_i + max(0.0, g.s) * b_ramp);
 }

@@ -17,34 +17,48 @@ vec3 oren_nayar_1994_coefficients(float sigma)
     return vec3(oren_nayar_coefficients(s), 0.17 * s * s / (s * s + 0.13));
 }
 
-// Returns the radiance reflected towards v per irradiance E0 on a plane that faces the light [1/sr].
-// n, l, v: unit normal, direction to the light and to the viewer; geometry.glsl says what becomes of others.
+struct OrenNayar1994Surface {
+    DiffuseView view;
+    vec3 rho;
+    vec3 abc;
+    float above_o; // 1 - 2 theta_r / pi
+};
+
+// Returns what all lamps have in common. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
 // albedo: rho, 0 to 1, clamped, NaN gives 0. abc: from oren_nayar_1994_coefficients.
-vec3 oren_nayar_1994_radiance(vec3 n, vec3 l, vec3 v, vec3 albedo, vec3 abc)
+OrenNayar1994Surface oren_nayar_1994_surface(vec3 n, vec3 v, vec3 albedo, vec3 abc)
 {
-    DiffuseGeometry g = diffuse_geometry(n, l, v);
-    float high = max(g.mu_i, g.mu_o);
-    float low = min(g.mu_i, g.mu_o);
-    if (!(low > 0.0)) {
+    DiffuseView view = diffuse_view(n, v);
+    return OrenNayar1994Surface(view, diffuse_albedo(albedo), abc, 0.636619772367581 * diffuse_asin(view.mu_o));
+}
+
+// Returns the radiance towards v per irradiance E0 on a plane that faces the light [1/sr]; l: unit direction to the light.
+vec3 oren_nayar_1994_radiance(OrenNayar1994Surface surface, vec3 l)
+{
+    DiffuseGeometry g = diffuse_geometry(surface.view, l);
+    if (!(g.mu_i > 0.0)) {
         return vec3(0.0);
     }
-    float sin_alpha = max(g.sin_i, g.sin_o);
-    float sin_beta = min(g.sin_i, g.sin_o);
+    float mu_o = surface.view.mu_o;
+    float low = min(g.mu_i, mu_o);
+    float sin_alpha = max(g.sin_i, surface.view.sin_o);
+    float sin_beta = min(g.sin_i, surface.view.sin_o);
     // cos(phi) is undefined where beta is 0; there all it multiplies is 0 too.
-    float cos_phi = sin_beta > 0.0 ? clamp(g.s / (g.sin_i * g.sin_o), -1.0, 1.0) : 0.0;
-    float above = 0.636619772367581 * diffuse_asin(high); // 1 - 2 beta / pi
+    float cos_phi = sin_beta > 0.0 ? clamp(g.s / (g.sin_i * surface.view.sin_o), -1.0, 1.0) : 0.0;
+    float above_i = 0.636619772367581 * diffuse_asin(g.mu_i);
+    float above = max(above_i, surface.above_o); // 1 - 2 beta / pi
     float b = 1.0 - above;
-    float a = 1.0 - 0.636619772367581 * diffuse_asin(low);
+    float a = 1.0 - min(above_i, surface.above_o);
     float shape = 1.0; // C2 / (B sin(alpha))
     if (cos_phi < 0.0) {
         // sin(alpha) - b^3 as the difference of what both lack to 1, since both are near 1 where tan(beta) is large
         shape = (above * (3.0 - above * (3.0 - above)) - low * low / (1.0 + sin_alpha)) / sin_alpha;
     }
-    float ramp = g.mu_i < g.mu_o ? g.mu_i / g.mu_o : 1.0; // cos(theta_i) sin(alpha) tan(beta) cos(phi) = s ramp
-    float diagonal = (sin_alpha + sin_beta) / (g.mu_i + g.mu_o); // tan((alpha + beta) / 2)
+    float ramp = g.mu_i < mu_o ? g.mu_i / mu_o : 1.0; // cos(theta_i) sin(alpha) tan(beta) cos(phi) = s ramp
+    float diagonal = (sin_alpha + sin_beta) / (g.mu_i + mu_o); // tan((alpha + beta) / 2)
+    vec3 abc = surface.abc;
     float once = abc.x * g.mu_i + abc.y * shape * g.s * ramp
         + abc.y / 3.6 * (a * a * b * b) * (1.0 - abs(cos_phi)) * diagonal * g.mu_i; // 0.125 = 0.45 / 3.6
     float twice = abc.z * g.mu_i * (1.0 - cos_phi * b * b);
-    vec3 rho = diffuse_albedo(albedo);
-    return rho * (max(vec3(0.0), once + rho * twice) / 3.14159265358979);
+    return surface.rho * (max(vec3(0.0), once + surface.rho * twice) / 3.14159265358979);
 }

@@ -9,16 +9,35 @@
 //           + (mu_o / mu_i) (mu_o S_o + sin(gamma) / 2) (1 + cos(C)),   S = sin(theta)
 // GLSL 3.30 and ES 3.00 (under precision highp float); functions only, no bindings. Include geometry.glsl before it.
 
+struct PitsSurface {
+    DiffuseView view;
+    vec3 n;
+    vec3 v;
+    vec2 o;     // N.V
+    vec3 once;  // rho / (3 pi^2)
+    vec3 again; // rho^2 / (pi (4 - 2 rho))
+};
+
+// Returns what all lamps have in common. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
+// albedo: rho of the walls, 0 to 1, clamped, NaN gives 0; the surface as a whole reflects rho / (2 - rho).
+PitsSurface pits_surface(vec3 n, vec3 v, vec3 albedo)
+{
+    DiffuseView view = diffuse_view(n, v);
+    vec3 rho = diffuse_albedo(albedo);
+    vec3 again = rho * rho / (3.14159265358979 * (4.0 - 2.0 * rho));
+    return PitsSurface(view, n, v, diffuse_dot(n, v), rho / 29.6088132032681, again);
+}
+
 // Returns 3 I / min(mu_i, mu_o), finite up to the horizon; q: N.(L x V) = sin(theta_i) sin(theta_o) sin(phi).
 // Light and viewer can change places, so the higher one takes L's. Every difference that would cancel near the horizon or near
 // L = V is written as a sum of terms of one sign, by way of sin^2(x) - sin^2(y) = sin(x - y) sin(x + y).
-float pits_once(DiffuseGeometry g, float q)
+float pits_once(DiffuseView view, DiffuseGeometry g, float q)
 {
-    bool light_high = g.mu_i > g.mu_o;
-    float high = light_high ? g.mu_i : g.mu_o;
-    float low = light_high ? g.mu_o : g.mu_i;
-    float s_high = light_high ? g.sin_i : g.sin_o;
-    float s_low = light_high ? g.sin_o : g.sin_i;
+    bool light_high = g.mu_i > view.mu_o;
+    float high = light_high ? g.mu_i : view.mu_o;
+    float low = light_high ? view.mu_o : g.mu_i;
+    float s_high = light_high ? g.sin_i : view.sin_o;
+    float s_low = light_high ? view.sin_o : g.sin_i;
 
     // both (1 + cos(phi)) and both (1 - cos(phi)); q tells small angles that cos(phi) cannot. L or V at N has no phi: any will do.
     float both = s_high * s_low;
@@ -70,18 +89,27 @@ float pits_once(DiffuseGeometry g, float q)
     return max(0.0, c * omega / low + s_high * (1.0 + cos_phi) + across + along);
 }
 
-// Returns the radiance reflected towards v per irradiance E0 on a plane that faces the light [1/sr].
-// n, l, v: unit normal, direction to the light and to the viewer; geometry.glsl says what becomes of others.
-// albedo: rho of the walls, 0 to 1, clamped, NaN gives 0; the surface as a whole reflects rho / (2 - rho).
-vec3 pits_radiance(vec3 n, vec3 l, vec3 v, vec3 albedo)
+// Returns the radiance towards v per irradiance E0 on a plane that faces the light [1/sr]; l: unit direction to the light.
+vec3 pits_radiance(PitsSurface surface, vec3 l)
 {
-    DiffuseGeometry g = diffuse_geometry(n, l, v);
+    DiffuseGeometry g = diffuse_geometry(surface.view, l);
     if (!(g.mu_i > 0.0)) {
         return vec3(0.0);
     }
-    vec3 rho = diffuse_albedo(albedo);
+    vec3 n = surface.n;
+    vec3 v = surface.v;
+    vec2 i = diffuse_height(surface.view, l);
+    vec2 o = surface.o;
+    float mu_o = surface.view.mu_o;
+    // Near N phi takes more digits of s than geometry.glsl has: L.V - low high = (L.V - low) + low (1 - high), which keeps them
+    // where high is near 1 and loses none elsewhere.
+    bool light_high = g.mu_i > mu_o;
+    vec2 left = diffuse_dot(l, v) - (light_high ? o : i);
+    float s = (left.x + (light_high ? mu_o * ((1.0 - i.x) - i.y) : g.mu_i * ((1.0 - o.x) - o.y))) + left.y;
+    float most = g.sin_i * surface.view.sin_o;
+    g.s = clamp(s, -most, most);
     // N.(L x V) stays the same when N is taken off L or V, and next to N that leaves it all its digits.
-    float q = dot(n, cross(g.mu_i > 0.5 ? l - n : l, g.mu_o > 0.5 ? v - n : v));
-    float once = pits_once(g, clamp(q, -1.0, 1.0)) * min(g.mu_i / g.mu_o, 1.0) / 29.6088132032681; // 3 pi^2
-    return rho * (once + rho * g.mu_i / (3.14159265358979 * (4.0 - 2.0 * rho)));
+    float q = dot(n, cross(g.mu_i > 0.5 ? l - n : l, mu_o > 0.5 ? v - n : v));
+    float once = pits_once(surface.view, g, clamp(q, -1.0, 1.0)) * min(g.mu_i / mu_o, 1.0);
+    return surface.once * once + surface.again * g.mu_i;
 }

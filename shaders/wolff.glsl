@@ -23,15 +23,24 @@ float wolff_transmittance(float mu, vec2 nn)
     return 2.0 * mu * inside * (1.0 / (across * across) + nn.x / (along * along));
 }
 
-// Returns the radiance reflected towards v per irradiance E0 on a plane that faces the light [1/sr].
-// n, l, v: unit normal, direction to the light and to the viewer; geometry.glsl says what becomes of others.
+struct WolffSurface {
+    DiffuseView view;
+    vec3 color; // rho [1 - F(theta_r, n)] / pi
+    vec2 nn;
+};
+
+// Returns what all lamps have in common. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
 // albedo: rho, 0 to 1, clamped, NaN gives 0. nn: from wolff_coefficients.
-vec3 wolff_radiance(vec3 n, vec3 l, vec3 v, vec3 albedo, vec2 nn)
+WolffSurface wolff_surface(vec3 n, vec3 v, vec3 albedo, vec2 nn)
 {
-    DiffuseGeometry g = diffuse_geometry(n, l, v);
-    if (!(g.mu_i > 0.0)) {
-        return vec3(0.0);
-    }
-    float through = wolff_transmittance(g.mu_i, nn) * wolff_transmittance(g.mu_o, nn);
-    return diffuse_albedo(albedo) * (g.mu_i * through / 3.14159265358979);
+    DiffuseView view = diffuse_view(n, v);
+    float leaving = wolff_transmittance(max(view.mu_o, 1e-18), nn);
+    return WolffSurface(view, diffuse_albedo(albedo) * (leaving / 3.14159265358979), nn);
+}
+
+// Returns the radiance towards v per irradiance E0 on a plane that faces the light [1/sr]; l: unit direction to the light.
+vec3 wolff_radiance(WolffSurface surface, vec3 l)
+{
+    float mu_i = diffuse_geometry(surface.view, l).mu_i;
+    return surface.color * (mu_i * wolff_transmittance(max(mu_i, 1e-18), surface.nn));
 }

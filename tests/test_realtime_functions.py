@@ -195,7 +195,7 @@ def test_coat_reflects_as_its_model(ior: float) -> None:
         assert value == pytest.approx(mean_fresnel(mu, roughness, ior), abs=ROUND), (mu, roughness)
 
 
-SINGLE = "coat_highlight(a.xyz, b.xyz, c.xyz, a.w) * coat_kept(dot(a.xyz, c.xyz), coat_alpha(a.w))"
+SINGLE = "coat_highlight(coat_surface(a.xyz, c.xyz, a.w), b.xyz) * coat_kept(dot(a.xyz, c.xyz), coat_alpha(a.w))"
 
 
 @pytest.mark.render
@@ -257,7 +257,7 @@ def test_coat_mirrors_all_of_a_white_sky(mu: float, roughness: float) -> None:
             angle = 0.5 * (low + high) + 0.5 * (high - low) * x
             rows.append(((*UP, roughness), from_polar(math.cos(angle), 0.5 * math.pi * (1.0 + y)), from_polar(mu, 0.0)))
             weights.append(w * 0.5 * (high - low) * math.sin(angle) * u * math.pi)
-    got = values("coat", "coat_highlight(a.xyz, b.xyz, c.xyz, a.w)", rows)
+    got = values("coat", "coat_highlight(coat_surface(a.xyz, c.xyz, a.w), b.xyz)", rows)
     assert math.sumprod(got, weights) == pytest.approx(1.0, abs=0.016)
 
 
@@ -275,7 +275,7 @@ def test_coat_is_finite_for_anything() -> None:
     # opposite each other along the horizon, in line, and with nothing left of H
     rows += [((*UP, r), (1.0, 0.0, low), (-1.0, 0.0, low)) for r in HARD for low in (1e-17, 1e-9, 1e-3)]
     rows += [((*UP, r), UP, UP) for r in HARD]
-    got = values("coat", "coat_highlight(a.xyz, b.xyz, c.xyz, a.w)", rows)
+    got = values("coat", "coat_highlight(coat_surface(a.xyz, c.xyz, a.w), b.xyz)", rows)
     assert all(0.0 <= value < math.inf for value in got)
     assert sum(value > 0.0 for value in got) > 1000
 
@@ -306,7 +306,7 @@ def test_coat_mirrors_as_cycles(roughness: float) -> None:
             pixels.append(pixel)
             rows.append(((*n, roughness), light.direction, v))
     assert len(pixels) > 300
-    got = values("coat", "coat_highlight(a.xyz, b.xyz, c.xyz, a.w)", rows)
+    got = values("coat", "coat_highlight(coat_surface(a.xyz, c.xyz, a.w), b.xyz)", rows)
     for pixel, value in zip(pixels, got, strict=True):
         # what coat_kept states, and Cycles has a table in its place
         assert value * light.irradiance == pytest.approx(rgb[3 * pixel], rel=0.02)

@@ -19,11 +19,12 @@ type Numbers = Mapping[str, float]
 class Law:
     """A model in GLSL: `radiance` is an expression of n, l, v and albedo, `ambient` one of mu and albedo.
 
-    Both may use material.shape, a vec4 of the up to four numbers that `fold` returns. `more` are functions beside those of
-    shaders/STEM.glsl.
+    `surface` are statements ahead of all lamps, whose variables `radiance` may use; it, too, is of n, v and albedo. All may use
+    material.shape, a vec4 of the up to four numbers that `fold` returns. `more` are functions beside those of shaders/STEM.glsl.
     """
 
     stem: str
+    surface: str
     radiance: str
     ambient: str
     fold: Callable[[Numbers], Folded]
@@ -63,20 +64,23 @@ def _specular(inputs: Numbers) -> Folded:
     return inputs["Specular"], inputs["Exponent"]
 
 
-def _law(stem: str, fold: Callable[[Numbers], Folded], *shape: str) -> Law:
+def _law(kind: str, stem: str, fold: Callable[[Numbers], Folded], *shape: str) -> Law:
+    """Return the law of shaders/STEM.glsl; `kind`: the struct that STEM_surface returns."""
     folded = "".join(f", material.shape.{part}" for part in shape)
-    return Law(stem, f"{stem}_radiance(n, l, v, albedo{folded})", f"{stem}_albedo(mu, albedo{folded})", fold)
+    surface = f"{kind} surface = {stem}_surface(n, v, albedo{folded});"
+    ambient = "diffuse_albedo(albedo)" if stem == "lambert" else f"{stem}_albedo(mu, albedo{folded})"
+    return Law(stem, surface, f"{stem}_radiance(surface, l)", ambient, fold)
 
 
-LAMBERT = Law("lambert", "lambert_radiance(n, l, v, albedo)", "diffuse_albedo(albedo)", _nothing)
-SPECULAR = _law("specular", _specular, "x", "y")
+LAMBERT = _law("LambertSurface", "lambert", _nothing)
+SPECULAR = _law("SpecularSurface", "specular", _specular, "x", "y")
 LAWS: Mapping[str, Law] = {  # by the entries of the menu Model
     "Lambert": LAMBERT,
-    "Oren-Nayar": _law("oren_nayar", _oren_nayar, "xy"),
-    "Fujii": _law("fujii", _fujii, "xy"),
-    "EON": _law("eon", _eon, "xyz"),
-    "Cycles Diffuse": _law("cycles_diffuse", _eon, "xyz"),
-    "Oren-Nayar 1994": _law("oren_nayar_1994", _oren_nayar_1994, "xyz"),
-    "Wolff": _law("wolff", _wolff, "xy"),
-    "Pits": _law("pits", _nothing),
+    "Oren-Nayar": _law("OrenNayarSurface", "oren_nayar", _oren_nayar, "xy"),
+    "Fujii": _law("FujiiSurface", "fujii", _fujii, "xy"),
+    "EON": _law("EonSurface", "eon", _eon, "xyz"),
+    "Cycles Diffuse": _law("EonSurface", "cycles_diffuse", _eon, "xyz"),
+    "Oren-Nayar 1994": _law("OrenNayar1994Surface", "oren_nayar_1994", _oren_nayar_1994, "xyz"),
+    "Wolff": _law("WolffSurface", "wolff", _wolff, "xy"),
+    "Pits": _law("PitsSurface", "pits", _nothing),
 }

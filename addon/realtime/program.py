@@ -90,8 +90,9 @@ def surface(variant: Variant) -> Program:
             stems += needs
     comment, rest = source("lamps").split("struct Lamp {", 1)
     members, functions = rest.split("};", 1)  # the struct is declared ahead, for the blocks
-    lines = [f"#define {name}" for name in defines]
-    lines += [f"#define RADIANCE(n, l, v) {law.radiance}", f"#define ALBEDO(mu) {law.ambient}"]
+    kind = next(iter(light.kinds)) if len(light.kinds) == 1 else "lamp.place.w"  # what is the same for all is not looked up
+    lines = [f"#define {name}" for name in (*defines, f"KIND(lamp) {kind}")]
+    lines += [f"#define SURFACE {law.surface}", f"#define RADIANCE {law.radiance}", f"#define ALBEDO(mu) {law.ambient}"]
     attributes, varyings = {"position": "VEC3", "normal": "VEC3"}, {"world_position": "VEC3", "world_normal": "VEC3"}
     if variant.paint is Paint.ATTRIBUTE:
         attributes["color"] = varyings["vertex_color"] = "VEC4"

@@ -35,7 +35,9 @@ def forms(progress: Progress) -> Iterator[Record]:
     What an empty loop takes is subtracted. The last record is shaders/oren_nayar.glsl, whose dot products have twice the digits and
     which takes any input. All together are one unit of work to `progress`.
     """
-    safe = Form("shaders/oren_nayar.glsl", "return rho_over_pi * oren_nayar_radiance(n, l, e, vec3(1.0), vec2(a, b)).x;")
+    safe = Form(
+        "shaders/oren_nayar.glsl", "return rho_over_pi * oren_nayar_radiance(oren_nayar_surface(n, e, vec3(1.0), vec2(a, b)), l).x;"
+    )
     empty = Form("empty", "return n.x;")
     with progress.step("GLSL  equation (1)", 1.0):
         drawn = {form: _draw(form) for form in (empty, *FORMS, safe)}

@@ -56,4 +56,4 @@ def law(form: Form) -> Law:
     """Return `form` as a law of the realtime engine, black where light is behind the surface. A sky it reflects as Lambert does."""
     shape = "material.shape.z, material.shape.x, material.shape.y"
     radiance = f"albedo * max(0.0, form(n, l, v, {shape}, 0.318309886183791))"
-    return Law("geometry", radiance, "albedo", _fold, form.function())
+    return Law("geometry", "", radiance, "albedo", _fold, form.function())

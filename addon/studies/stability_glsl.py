@@ -36,7 +36,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Shader:
-    """A file of shaders/ and how its function is called with the parameters p0, p1."""
+    """A file of shaders/, and what its surface gets of the parameters p0, p1."""
 
     model: str
     arguments: str = ""
@@ -45,7 +45,7 @@ class Shader:
     def call(self) -> str:
         """Return the GLSL expression for inputs laid out by `Inputs.row`."""
         arguments = self.arguments.replace("p0", "b.w").replace("p1", "c.w")
-        return f"{self.model}_radiance(a.xyz, b.xyz, c.xyz, vec3(a.w){arguments})"
+        return f"{self.model}_radiance({self.model}_surface(a.xyz, c.xyz, vec3(a.w){arguments}), b.xyz)"
 
 
 SIGMA = Parameter("sigma", 0.0, math.pi / 2, 0.33)
@@ -166,7 +166,7 @@ def _adversarial(shader: Shader) -> dict[str, list[Inputs]]:
         for key in "nlv":
             vector = getattr(good, key)
             x, y, z = vector
-            wrong: list[Sequence[float]] = [scale(vector, factor) for factor in (0.0, 1e-30, 1e-3, 0.5, 2.0, 1e6, 1e30, -1.0)]
+            wrong: list[Sequence[float]] = [scale(vector, factor) for factor in (0.0, 1e-30, 1e-3, 0.5, 2.0, 1e6, 1e12, 1e30, -1.0)]
             wrong += [(1e-40,) * 3, (math.nan,) * 3, (math.inf,) * 3, (3e38, -3e38, 3e38)]
             wrong += [(math.nan, y, z), (x, -math.inf, z), (x, y, 1e-40)]
             vectors += [replace(good, **{key: single_vector(numbers)}) for numbers in wrong]

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One pixel of a surface under all lamps. RADIANCE(n, l, v) and ALBEDO(mu) are the material's model; whatever else is defined, the
-// scene and the material need: SUN, POINT, SPOT, AREA (the kind's number), SHADOWS, AMBIENT, COAT, SCATTERS, COLOR_ATTRIBUTE,
-// COLOR_IMAGE; SCATTERING where any material of the scene scatters, as all then write what that needs.
+// One pixel of a surface under all lamps. SURFACE, RADIANCE and ALBEDO(mu) are the material's model, the first of it what all lamps
+// have in common; KIND(lamp) is a lamp's kind. Whatever else is defined, the scene and the material need: SUN, POINT, SPOT, AREA
+// (the kind's number), SHADOWS, AMBIENT, COAT, SCATTERS, COLOR_ATTRIBUTE, COLOR_IMAGE; SCATTERING where any material of the scene
+// scatters, as all then write what that needs.
 
 #ifdef SHADOWS
 // Returns the share of a lamp's light that reaches the point: of the 3x3 texels around it, those that see nothing nearer.
@@ -22,7 +23,7 @@ float light_share(int k, vec3 position, vec3 n)
     }
     float far = at.z; // as shadow_fragment.glsl has it
 #ifdef SPOT
-    far = lamps.lamp[k].place.w == SPOT ? place.w : far;
+    far = KIND(lamps.lamp[k]) == SPOT ? place.w : far;
 #endif
     vec2 texels = (at.xy * 0.5 + 0.5) * tile.z - 0.5;
     ivec2 corner = ivec2(floor(texels));
@@ -44,22 +45,22 @@ float light_share(int k, vec3 position, vec3 n)
 vec3 lamp_irradiance(Lamp lamp, vec3 position, out vec3 l)
 {
 #ifdef SUN
-    if (lamp.place.w == SUN) {
+    if (KIND(lamp) == SUN) {
         return sun_irradiance(lamp, l);
     }
 #endif
 #ifdef POINT
-    if (lamp.place.w == POINT) {
+    if (KIND(lamp) == POINT) {
         return point_irradiance(lamp, position, l);
     }
 #endif
 #ifdef SPOT
-    if (lamp.place.w == SPOT) {
+    if (KIND(lamp) == SPOT) {
         return spot_irradiance(lamp, position, l);
     }
 #endif
 #ifdef AREA
-    if (lamp.place.w == AREA) {
+    if (KIND(lamp) == AREA) {
         return area_irradiance(lamp, position, l);
     }
 #endif
@@ -83,8 +84,10 @@ void main()
 #ifdef COLOR_IMAGE
     albedo *= texture(color_image, vertex_uv).rgb;
 #endif
+    SURFACE
     vec3 radiance = vec3(0.0);
 #ifdef COAT
+    CoatSurface coated = coat_surface(n, v, material.coat.y);
     vec3 mirrored = vec3(0.0);
 #endif
 #ifdef SCATTERS
@@ -96,9 +99,9 @@ void main()
 #ifdef SHADOWS
         irradiance *= light_share(k, world_position, n);
 #endif
-        radiance += irradiance * (RADIANCE(n, l, v));
+        radiance += irradiance * (RADIANCE);
 #ifdef COAT
-        mirrored += irradiance * coat_highlight(n, l, v, material.coat.y);
+        mirrored += irradiance * coat_highlight(coated, l);
 #endif
 #ifdef SCATTERS
         entering += irradiance * max(dot(n, l), 0.0);

@@ -217,7 +217,7 @@ def _glsl(stage: Sphere, journal: Notes) -> None:
     for pixel in expected.pixels:
         n, v = error.directions(surface, pixel, camera)
         rows.append(((*n, SIGMA), light.direction, v, surface.albedo[3 * pixel : 3 * pixel + 3]))
-    call = "oren_nayar_radiance(a.xyz, b.xyz, c.xyz, d.xyz, oren_nayar_coefficients(a.w))"
+    call = "oren_nayar_radiance(oren_nayar_surface(a.xyz, c.xyz, d.xyz, oren_nayar_coefficients(a.w)), b.xyz)"
     squares = total = 0.0
     for k, got in enumerate(evaluate("oren_nayar", call, rows)):
         for channel in range(3):
