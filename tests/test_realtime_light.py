@@ -19,6 +19,7 @@ from true_diffuse.addon.measure import render
 from true_diffuse.addon.measure.profile import edge_width
 from true_diffuse.addon.models import Model
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
+from true_diffuse.addon.realtime import program
 from true_diffuse.scenes.slab import slab
 
 pytestmark = [pytest.mark.render, pytest.mark.usefixtures("registered", "driver")]
@@ -237,6 +238,21 @@ def test_lamp_is_as_in_cycles(name: str) -> None:
     """A lamp that is 0.02 m small at 1 m is off by (0.02 / 1)^2, and 64 samples leave as much noise; a cone's edge costs more."""
     scene = lit_floor(next(one for one in SHINES if one.name == name), material("Lambert"))
     assert rms_error(drawn(scene), drawn(scene, engines.CYCLES, 64)) < 3e-3
+
+
+def test_lamps_of_all_kinds_add_up() -> None:
+    """With one kind of lamp a shader does not ask for the kind; with several it does."""
+    mixed = [next(one for one in SHINES if one.kind == kind) for kind in program.KINDS]
+    scene = lit_floor(mixed[0], material("Lambert"))
+    for shines in mixed[1:]:
+        place = looking(PLACE, AIM) @ Matrix.Diagonal((*shines.scale, 1.0))
+        lamp(scene, shines.kind, place, **({"use_shadow": False} | shines.settings))
+    bpy.context.view_layer.update()
+    expected = []
+    for at in floor_points(scene):
+        lit = math.fsum(irradiance * max(l.z, 0.0) for l, irradiance in (shines.expected(at) for shines in mixed))
+        expected += [lit * color / math.pi for color in COLOR]
+    assert rms_error(drawn(scene), expected) < ROUND
 
 
 def test_lamp_tint_is_color_times_temperature() -> None:
