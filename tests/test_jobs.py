@@ -175,8 +175,8 @@ def test_whole_job_in_all_engines_gives_what_one_run_gives(tmp_path: Path, eevee
     result = openjd("run", job / "template.yaml", cwd=tmp_path)
     assert result.returncode == 0, result.stdout[-2000:]
     assert records(job / "output") == records(tmp_path / "out")
-    # two frames: five looks in each engine, in Realtime against Cycles, the four that have a shader there against that with OSL, and
-    # the standard specular against its mode Lamps
+    # two frames: five looks in each engine and in Realtime against Cycles, there the four that have a shader also against that with
+    # OSL, and the standard specular against its mode Lamps
     assert len(records(job / "output")) == 2 * (3 * 5 + 5 + 4 + 1)
 
 

@@ -334,7 +334,7 @@ def specular(weight: float, exponent: float) -> bpy.types.Material:
 def test_highlight_is_exact_under_the_chosen_lamp(engine: engines.Engine) -> None:
     sphere = sphere_under_sun(64)
     lamps.choose([sphere.sun])
-    for weight, exponent in ((0.06, 30.0), (0.5, 5.0), (1.0, 0.0), (0.05, 1000.0)):
+    for weight, exponent in ((0.06, 30.0), (0.5, 5.0), (0.05, 1000.0)):
         for degrees in (0.0, 60.0):
             (result,) = sphere.measure(specular(weight, exponent), [Specular(weight, exponent)], engine, 4, degrees)[1]
             assert result.rms < OWN_ERROR[engine.key], (exponent, degrees)

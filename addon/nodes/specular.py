@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Node group Specular: the standard specular of the paper's first character, as near as Blender's closures come to it.
 
-No closure of EEVEE, or of Cycles without OSL, is a Blinn-Phong lobe, so a microfacet lobe stands in: Beckmann's in Cycles, which
-with alpha^2 = 2 / (n + 2) has nearly the same shape (B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces",
-EGSR 2007); EEVEE takes it for GGX, whose tail is longer. A factor gives it Blinn-Phong's height in the mirror direction from every
-view: (n + 8) / (n + 2) times mu^2 / G, with G = 1 / sqrt(1 + alpha^2 (1 / mu^2 - 1)) for GGX's own masking and shadowing at
-N.L = N.V = mu; Beckmann's is next to 1.
+No closure of EEVEE, or of Cycles without OSL, is a Blinn-Phong lobe, so in the mode Lobe a microfacet lobe stands in: Beckmann's in
+Cycles, which with alpha^2 = 2 / (n + 2) has nearly the same shape (B. Walter et al., "Microfacet Models for Refraction through
+Rough Surfaces", EGSR 2007); EEVEE takes it for GGX, whose tail is longer. A factor gives it Blinn-Phong's height in the mirror
+direction from every view: (n + 8) / (n + 2) times mu^2 / G, with G = 1 / sqrt(1 + alpha^2 (1 / mu^2 - 1)) for GGX's own masking and
+shadowing at N.L = N.V = mu; Beckmann's is next to 1.
+
+In the mode Lamps the base, a Lambert closure, takes the color that makes it the model under chosen lamps: rho and
+k_s (n + 8) / 8 (N.H)^n. As that color reflects all light that comes, the highlight is brighter by what else lights its place, and
+stays, fainter, where its lamp is in shadow. EEVEE keeps colors up to 8 times white.
 """
 
 import math
@@ -18,6 +22,10 @@ from .rough_models import N
 LEAST = 1e-12  # of a squared length
 
 MODE = Socket("Mode", "NodeSocketMenu", "How the highlight is made of what the engine offers", "Lobe")
+MODES = (
+    ("Lobe", "A microfacet lobe stands in: every light, shadow and bounce"),
+    ("Lamps", "Exact for up to four lamps, which alone have highlights: select them, then Object > Choose Lamps"),
+)
 SPECULAR = Socket("Specular", "NodeSocketFloat", "Weight k_s of the highlight, without Fresnel", 0.06, 0.0, 1.0, subtype="FACTOR")
 EXPONENT = Socket(
     "Exponent", "NodeSocketFloat", "Blinn-Phong exponent n: the higher, the smaller the highlight", 30.0, 0.0, 10000.0
@@ -27,11 +35,8 @@ EXPONENT = Socket(
 def build(graph: Graph) -> dict[str, Value]:
     normal = graph.normal()
     mu = graph.clamp(graph.dot(normal, graph.geometry("Incoming")), 0.0, 1.0)
-    cases = [
-        ("Lobe", "A microfacet lobe stands in: every light, shadow and bounce", lobe(graph, normal, mu)),
-        ("Lamps", "Exact for up to four lamps: select them, then Object > Choose Lamps", under_lamps(graph, normal, mu)),
-    ]
-    return {"BSDF": graph.menu(graph.input(MODE), "SHADER", cases)}
+    shown = {"Lobe": lobe(graph, normal, mu), "Lamps": under_lamps(graph, normal, mu)}
+    return {"BSDF": graph.menu(graph.input(MODE), "SHADER", [(name, text, shown[name]) for name, text in MODES])}
 
 
 def lobe(graph: Graph, normal: Value, mu: Value) -> Value:
@@ -49,8 +54,8 @@ def lobe(graph: Graph, normal: Value, mu: Value) -> Value:
 def under_lamps(graph: Graph, normal: Value, mu: Value) -> Value:
     """Return a Lambert closure in the color that gives it the model's radiance under the chosen lamps, in either engine.
 
-    The color takes all light for theirs, also what comes from elsewhere. What a diffuse bounce sees of the highlight is its mean
-    over all light: it would be a caustic, of fireflies where the exponent is high, which Cycles blurs of its own lobes, too.
+    What a diffuse bounce sees of the highlight is its mean over all light: else it would be a caustic, of fireflies where the
+    exponent is high. Cycles blurs its own lobes there, too ("Filter Glossy").
     """
     n = graph.clamp(graph.input(EXPONENT), 0.0, 10000.0)
     weight = graph.clamp(graph.input(SPECULAR), 0.0, 1.0) * graph.math("GREATER_THAN", mu, 0.0) * (n + 8.0)

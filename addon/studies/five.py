@@ -239,13 +239,8 @@ def realtime_from_cycles(realtime: array[float], cycles: Held) -> Record:
     `rms_difference` is relative to the RMS of Cycles, None where that is black.
     """
     difference = error.difference(realtime, cycles.rgb, cycles.pixels)
-    return {
-        "osl": cycles.osl,
-        "mode": cycles.mode,
-        "samples": cycles.samples,
-        "pixels": len(cycles.pixels),
-        "rms_difference": known(difference),
-    }
+    way = {"osl": cycles.osl, "mode": cycles.mode, "samples": cycles.samples}
+    return {**way, "pixels": len(cycles.pixels), "rms_difference": known(difference)}
 
 
 def realtime_from_cycles_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:

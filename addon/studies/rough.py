@@ -129,7 +129,7 @@ def cases(used: Sequence[Engine], quick: bool) -> list[Case]:
                 if way.engine is engine:
                     result += [Case(way, law, sigma) for sigma in (OTHER_SIGMAS if law.rough else OTHER_SIGMAS[:1])]
         if not quick:
-            result += [Case(way, SPECULAR, 0.0) for way in SPECULAR_WAYS if way.engine is engine]
+            result += [Case(way, SPECULAR, 0.0) for way in (*SPECULAR_WAYS, IN_SHADOW) if way.engine is engine]
     return result
 
 
