@@ -36,6 +36,7 @@ MODELS: Mapping[str, Callable[[float, float], Model]] = {
 WITHOUT_LAMPS = {"Lambert", "Pits"}  # the mode Lamps is made of lobes there
 EXACT_IN_OSL = {"Lambert", "Fujii", "EON", "Cycles Diffuse"}
 SCHEMES = {"Lobes": PAIR, "Lamps": PAIR, "Single": SINGLE, "Signed": SIGNED}  # of EEVEE
+EEVEE_MOST = 8.0  # the most that EEVEE keeps of a closure's color, in 10 bits and an exponent of 2
 DRAWN = {"Color"}  # sockets of which Realtime draws what feeds them
 ORDER = 6  # of the quadrature: two digits of the error, in 25 ms at most, as a panel is drawn while a slider moves
 
@@ -92,7 +93,15 @@ class Claim:
     @property
     def follows_lamps(self) -> bool:
         """Whether the chosen lamps decide."""
-        return self.mode == "Lamps" and self.inputs["Model"] not in WITHOUT_LAMPS
+        return self.mode == "Lamps" and self.inputs.get("Model") not in WITHOUT_LAMPS
+
+    @property
+    def is_cut_off(self) -> bool:
+        """Whether the color of a highlight that follows lamps is somewhere above what EEVEE keeps of one."""
+        if self.group != SPECULAR_GROUP.key:
+            return False
+        model = Specular(self.number("Specular"), self.number("Exponent"))
+        return max(self.rgb("Color")) + model.height > EEVEE_MOST
 
     def way(self, engine: Engine, osl: bool) -> str:
         """Return what makes it in `engine`, with `osl` or not: OSL or a mode or method; empty where there is but one way."""
@@ -141,7 +150,9 @@ def stated_error(claim: Claim, scene: bpy.types.Scene) -> str:
             return ""
         return "Rough part: exact under every lamp" if is_below else "Exact under every lamp"
     if claim.follows_lamps:
-        return "Exact for the chosen lamps"
+        if claim.fed & {"Color", "Specular", "Exponent"} or not (engine is EEVEE and claim.is_cut_off):
+            return "Exact for the chosen lamps"
+        return f"Exact for the chosen lamps, cut off at {EEVEE_MOST:g} times white"
     scheme = claim.scheme(engine)
     if scheme is None or "Model" in claim.fed or (is_below and claim.number("Subsurface") >= 1.0):
         return ""

@@ -9,7 +9,7 @@ import bpy
 from .claims import Claim, claim_of, engine_of
 from .engines import CYCLES, EEVEE, REALTIME, uses_osl
 from .materials import materials_of, refusal
-from .nodes import SUBSURFACE
+from .nodes import SPECULAR_GROUP, SUBSURFACE
 from .tolerance import Choice, Unmet, choose
 from .usd.read import group_node
 
@@ -43,9 +43,9 @@ def use(scene: bpy.types.Scene, choices: Choices) -> tuple[int, list[str]]:
 
 
 def _in_use(scene: bpy.types.Scene) -> list[tuple[bpy.types.Material, Claim]]:
-    """Return the True Diffuse materials of `scene` that have a mode or method."""
+    """Return the True Diffuse materials of `scene` whose modes or methods a report knows: of Standard Specular it has none."""
     claims = ((material, claim_of(material)) for material in materials_of(scene))
-    return [(material, claim) for material, claim in claims if claim and claim.mode]
+    return [(material, claim) for material, claim in claims if claim and claim.group != SPECULAR_GROUP.key]
 
 
 def _choice(scene: bpy.types.Scene, report: Mapping[str, Any], claim: Claim, share: float) -> Choice:

@@ -341,7 +341,7 @@ def _pick(options: Options, chosen: list["Engine"], terminal: Terminal) -> dict[
         raise BadInput(str(error)) from error
     for choice in choices.values():
         terminal.say(f"For {tolerance.percent(options.error)} {tolerance.told(choice)}")
-    terminal.say("Standard specular has no mode and does not count")
+    terminal.say("Standard specular stays as it is and does not count")
     return choices
 
 

@@ -16,6 +16,7 @@ from console import Parser, script_arguments
 from fit_lobes import solve
 from true_diffuse.addon.models import OrenNayar1994, directional_albedo
 from true_diffuse.addon.models.quadrature import integrate
+from true_diffuse.addon.models.specular import BELOW
 
 SIGMA = 0.5  # any does below 0.66, where the 1994 model begins to be cut off
 NARROW = 9.0  # standard deviations of a highlight, beyond which nothing is left of it
@@ -24,9 +25,8 @@ STEPS = 24  # cosines, and roughnesses
 ROUNDS = 400  # of new weights
 EXPONENTS = (0.3, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 512.0, 2048.0, 10000.0)
 HIGHEST_T = 5.0  # mu sqrt(n) above which all of the highlight is above the surface
-# By hand; all else is linear in what is fitted. First the cubic below coat.glsl's fraction, then albedo.glsl's exponent.
+# By hand, as models.specular.BELOW; all else is linear in what is fitted. The cubic below coat.glsl's fraction.
 NEAR, SQUARE, PRODUCT = 0.18, 5.9, -2.1
-BELOW = 0.87, 0.42
 
 
 class Fitted(NamedTuple):

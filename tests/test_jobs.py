@@ -175,8 +175,9 @@ def test_whole_job_in_all_engines_gives_what_one_run_gives(tmp_path: Path, eevee
     result = openjd("run", job / "template.yaml", cwd=tmp_path)
     assert result.returncode == 0, result.stdout[-2000:]
     assert records(job / "output") == records(tmp_path / "out")
-    # two frames: five looks in each engine, in Realtime against Cycles, and the four that have a shader there against that with OSL
-    assert len(records(job / "output")) == 2 * (3 * 5 + 5 + 4)
+    # two frames: five looks in each engine and in Realtime against Cycles, there the four that have a shader also against that with
+    # OSL, and the standard specular against its mode Lamps
+    assert len(records(job / "output")) == 2 * (3 * 5 + 5 + 4 + 1)
 
 
 @pytest.mark.render
@@ -191,9 +192,10 @@ def test_realtime_and_cycles_are_held_against_each_other_whoever_did_which(tmp_p
         assert done.returncode == 0, done.stdout + done.stderr
     assert script("task.py", "collect", job, cwd=tmp_path).returncode == 0
     assert records(job / "output") == records(tmp_path / "out")
-    compared = {(one["name"], one["osl"]) for one in records(job / "output") if "rms_difference" in one}
+    compared = {(one["name"], one["osl"], one["mode"]) for one in records(job / "output") if "rms_difference" in one}
     rough = ("lambert", "oren_nayar_0.2")  # the standard specular has no shader in OSL
-    assert compared == {("specular", False), *((name, osl) for name in rough for osl in (False, compiles_osl()))}
+    specular = {("specular", False, mode) for mode in (None, "Lamps")}
+    assert compared == specular | {(name, osl, None) for name in rough for osl in (False, compiles_osl())}
     assert (job / "output" / "error_realtime.png").exists()
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import bpy
 
+import mpmath
 import pytest
 from mathutils import Vector
 
@@ -22,11 +23,14 @@ from true_diffuse.addon.models import (
     Pits,
     Specular,
     Wolff,
+    directional_albedo,
 )
 from true_diffuse.addon.models.lobe import CYCLES, PAIR, SIGNED, SINGLE
 from true_diffuse.addon.models.lobes import Rendered
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, lamps
 from true_diffuse.addon.nodes.rough_models import KINDS
+from true_diffuse.addon.studies import robustness
+from true_diffuse.addon.studies.rough import SPECULAR
 from true_diffuse.scenes.sphere import COLOR, sky, sphere_under_sun, three_lights
 
 pytestmark = pytest.mark.usefixtures("empty_file")
@@ -36,6 +40,7 @@ pytestmark = pytest.mark.usefixtures("empty_file")
 OWN_ERROR = {"cycles": 0.002, "eevee": 0.004}
 # Where the light comes from behind, a sphere's lit part is a narrow rim: the same deviations are a larger share of what it shows.
 RIM = 2.0
+BLACK = (0.0, 0.0, 0.0, 1.0)
 MODELS: dict[str, Model] = {
     "Lambert": Lambert(),
     "Oren-Nayar": OrenNayar(1.0),
@@ -104,6 +109,12 @@ def test_menus_list_all_models_and_modes() -> None:
     assert entries == {tuple(MODELS), ("Lobes", "Single", "Signed", "Lamps")}
     assert all(item.description for node in switches for item in node.enum_items)
     assert [kind.name for kind in KINDS] == list(MODELS)
+
+
+def test_menu_of_the_specular_lists_its_modes() -> None:
+    (switch,) = (node for node in SPECULAR_GROUP.ensure().nodes if node.bl_idname == "GeometryNodeMenuSwitch")
+    assert [item.name for item in switch.enum_items] == ["Lobe", "Lamps"] and all(item.description for item in switch.enum_items)
+    assert materials.create("New", SPECULAR_GROUP).node_tree.nodes[SPECULAR_GROUP.name].inputs["Mode"].default_value == "Lobe"
 
 
 def test_osl_shader_has_the_sockets_of_the_group(tmp_path: Path) -> None:
@@ -313,6 +324,96 @@ def test_specular_in_cycles_is_near_blinn_phong() -> None:
     material = materials.create("Specular", SPECULAR_GROUP, Color=COLOR)
     result, lambert = sphere.measure(material, [Specular(), Lambert()], engines.CYCLES, 4, 0.0)[1]
     assert result.rms < 0.01 < lambert.rms  # Beckmann's lobe, seen and lit from the same side
+
+
+def specular(weight: float, exponent: float) -> bpy.types.Material:
+    return materials.create("Specular", SPECULAR_GROUP, Mode="Lamps", Color=COLOR, Specular=weight, Exponent=exponent)
+
+
+@pytest.mark.render
+def test_highlight_is_exact_under_the_chosen_lamp(engine: engines.Engine) -> None:
+    sphere = sphere_under_sun(64)
+    lamps.choose([sphere.sun])
+    for weight, exponent in ((0.06, 30.0), (0.5, 5.0), (0.05, 1000.0)):
+        for degrees in (0.0, 60.0):
+            (result,) = sphere.measure(specular(weight, exponent), [Specular(weight, exponent)], engine, 4, degrees)[1]
+            assert result.rms < OWN_ERROR[engine.key], (exponent, degrees)
+
+
+@pytest.mark.render
+def test_narrowest_highlight_keeps_its_digits() -> None:
+    """A normal turned by an angle from N = L = V: the highlight's share is its cosine to the power of 10000."""
+    flat = robustness.sheet((1.0,), [robustness.USUAL], robustness.FURNACE_CELL)
+    lamps.choose([flat.sun])
+    material = materials.create("Narrow", SPECULAR_GROUP, Mode="Lamps", Color=BLACK, Specular=1.0, Exponent=10000.0)
+    material.cycles.use_bump_map_correction = False  # else Cycles shadows what the true surface would hide
+    normal = material.node_tree.nodes[SPECULAR_GROUP.name].inputs["Normal"]
+    for angle in (0.0, 1e-4, 1e-3, 0.005, 0.01, 0.02, 0.03):
+        normal.default_value = math.sin(angle), 0.0, math.cos(angle)
+        x, _, z = map(mpmath.mpf, normal.default_value)  # in 32 bits
+        cosine = z / mpmath.hypot(x, z)
+        expected = float(1251 * cosine**10001)
+        (cell,) = flat.cells(material, engines.CYCLES, 1, 0.0)
+        # 1 - |N x H|^2 in 32 bits is off by 3e-8, and its power of 5000 by 1.5e-4 of its value; N itself turned by 6e-8 makes up to
+        # 10000 tan(0.03) times that, 2e-5. The power of N.H in 32 bits would be off by 3e-4 to 6e-4.
+        assert cell == pytest.approx([expected] * len(cell), rel=2e-4), angle
+
+
+@pytest.mark.render
+def test_highlight_of_light_from_elsewhere_is_its_directional_albedo() -> None:
+    mus = (1.0, 0.5, 0.2)
+    bent, white = robustness.sheet(mus, [robustness.USUAL], robustness.EXTREME_CELL), robustness.uniform_world()
+    lamps.choose([])
+    for exponent in (0.0, 5.0, 30.0, 300.0):
+        model = Specular(0.5, exponent)
+        for cell, mu in zip(bent.cells(specular(0.5, exponent), engines.CYCLES, 64, white), mus, strict=True):
+            for channel, rho in enumerate(COLOR[:3]):
+                shown = sum(cell[channel::3]) / len(cell[channel::3])
+                # fitted to 3.2 % of the highlight; the world's light is sampled without noise by a Lambert closure
+                share = directional_albedo(model, mu, 0.0, order=64)
+                assert shown == pytest.approx(rho + share, abs=0.035 * share + 1e-3), (exponent, mu)
+
+
+@pytest.mark.render
+def test_odd_exponents_and_weights_count_as_the_nearest_in_range() -> None:
+    pairs = [
+        ("Exponent", 1e6, 1e4),
+        ("Exponent", math.inf, 1e4),
+        ("Exponent", -5.0, 0.0),
+        ("Exponent", math.nan, 0.0),
+        ("Specular", 7.0, 1.0),
+        ("Specular", -1.0, 0.0),
+        ("Specular", math.nan, 0.0),
+        ("Color", 1.5, 1.0),
+    ]
+    rows = [{**robustness.USUAL, name: (value,) * 3} for name, odd, usual in pairs for value in (odd, usual)]
+    flat = robustness.sheet((1.0,), rows, robustness.FURNACE_CELL)
+    lamps.choose([flat.sun])
+    cells = flat.cells(robustness.fed(SPECULAR, "Lamps"), engines.CYCLES, 1, 0.0)
+    for pair, odd, usual in zip(pairs, cells[::2], cells[1::2], strict=True):
+        assert odd == pytest.approx(usual, rel=1e-5), pair  # the same in 32-bit floats
+    assert max(cells[1]) > 100.0 > max(cells[5])  # exponents of 10000 and 0
+
+
+@pytest.mark.render
+def test_highlight_makes_no_fireflies_on_what_it_shines_on() -> None:
+    """A floor beside a sphere sees the highlight by its bounces: spread evenly it is at most as bright as white all over."""
+    sphere = sphere_under_sun(48)
+    floor = bpy.data.objects.new("Floor", bpy.data.meshes.new("Floor"))
+    floor.data.from_pydata([(-9, -9, -1), (9, -9, -1), (9, 9, -1), (-9, 9, -1)], [], [(0, 1, 2, 3)])
+    floor.data.materials.append(materials.create_plain("Floor")[0])
+    sphere.scene.collection.objects.link(floor)
+    sphere.sun.matrix_world = Vector((-0.5, -0.75, 0.5)).to_track_quat("Z", "Y").to_matrix().to_4x4()
+    lamps.choose([sphere.sun])
+    engines.use(sphere.scene, engines.CYCLES, 16)
+    sphere.scene.cycles.max_bounces, sphere.scene.cycles.sample_clamp_indirect = 2, 0.0
+    shown = []
+    for material in (specular(1.0, 10000.0), rough("Lambert")):
+        sphere.sphere.data.materials[0] = material
+        _, rgb = render.radiance(sphere.scene, engines.CYCLES, 16)
+        shown.append(rgb[3 * 48 * 44 :])  # the last rows, below the sphere
+    # the sphere sends at most some twice as much as Lambert's; a sample that met the highlight itself would be 26
+    assert max(shown[0]) < 2.0 * max(shown[1])
 
 
 @pytest.mark.render

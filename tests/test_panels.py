@@ -17,7 +17,7 @@ from true_diffuse.addon.engines import CYCLES, EEVEE, REALTIME
 from true_diffuse.addon.leave_out.simplify import simplify
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, lamps
 from true_diffuse.addon.operators import tolerance as tolerance_operator
-from true_diffuse.addon.studies import probe
+from true_diffuse.addon.studies import probe, robustness
 from true_diffuse.addon.studies.environment import environment
 from true_diffuse.addon.ui import panels, plots
 
@@ -174,7 +174,10 @@ def test_stated_error_is_that_of_the_readme() -> None:
     assert float(stated["eevee", "Signed"].split()[0]) == pytest.approx(0.43, abs=0.02)
     assert float(stated["cycles", "Lobes"].split()[0]) == pytest.approx(0.59, abs=0.01)
     assert stated_error(claim_of(clay(Model="Lambert")), scene) == "exactly Lambert"
-    assert stated_error(claim_of(clay(Mode="Lamps")), scene) == "Exact for the chosen lamps"
+    lamps_only = "Exact for the chosen lamps"
+    assert stated_error(claim_of(clay(Mode="Lamps")), scene) == lamps_only
+    for height, mode, expected in ((1.0, "Lobe", ""), (1.0, "Lamps", lamps_only), (9.0, "Lamps", lamps_only)):  # in Cycles
+        assert stated_error(claim_of(shiny(mode, height)), scene) == expected
     for weight, expected in ((1.0, ""), (0.5, "Rough part: exactly Fujii")):  # Cycles has Fujii's model
         skin = materials.create("Skin", SUBSURFACE, Subsurface=weight, Model="Fujii")
         assert stated_error(claim_of(skin), scene) == expected
@@ -190,6 +193,26 @@ def test_stated_error_is_that_of_the_readme() -> None:
         assert stated_error(claim_of(clay(**modes)), scene) == "Exact under every lamp"
     assert stated_error(claim_of(skin), scene) == "Rough part: exact under every lamp"
     assert stated_error(claim_of(rough), scene) == ""  # it draws the socket's own value
+
+
+def shiny(mode: str, height: float) -> bpy.types.Material:
+    """Return a Standard Specular of a black base, whose highlight is `height` times as bright as white."""
+    return materials.create(
+        "Shiny", SPECULAR_GROUP, Mode=mode, Color=(0.0, 0.0, 0.0, 1.0), Specular=1.0, Exponent=8.0 * height - 8.0
+    )
+
+
+@pytest.mark.render
+def test_stated_limit_of_highlights_is_eevees(eevee_runs_here: bool) -> None:
+    if not eevee_runs_here:
+        pytest.skip("EEVEE finds no graphics driver here")
+    flat = robustness.sheet((1.0,), [robustness.USUAL], robustness.FURNACE_CELL)
+    lamps.choose([flat.sun])  # of irradiance pi: white is 1
+    for height, shown, stated in ((7.0, 7.0, ""), (9.0, 8.0, ", cut off at 8 times white")):
+        material = shiny("Lamps", height)
+        (cell,) = flat.cells(material, EEVEE, 1, 0.0)  # N = L = V
+        assert cell == pytest.approx([shown] * len(cell), rel=0.002)  # 10 bits
+        assert stated_error(claim_of(material), bpy.context.scene) == f"Exact for the chosen lamps{stated}"
 
 
 def test_measurement_is_shown_until_the_settings_change() -> None:
@@ -297,6 +320,7 @@ def test_tolerance_sets_mode_and_samples(tmp_path: Path, monkeypatch: pytest.Mon
     bpy.ops.mesh.primitive_cube_add()
     scene, material = bpy.context.scene, clay(Roughness=0.33)
     bpy.context.object.data.materials.append(material)
+    bpy.context.object.data.materials.append(shiny("Lobe", 1.0))  # whose modes no report knows
     instanced = in_instance(clay(Roughness=0.2))
     monkeypatch.setattr(tolerance_operator, "_report_path", lambda: report(tmp_path))
     measured = []

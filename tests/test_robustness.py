@@ -10,7 +10,7 @@ from true_diffuse.addon.models import directional_albedo
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
 from true_diffuse.addon.nodes.lamps import choose
 from true_diffuse.addon.studies import robustness
-from true_diffuse.addon.studies.rough import OTHERS, PAPER, Law
+from true_diffuse.addon.studies.rough import OTHERS, PAPER, SPECULAR, Law
 
 pytestmark = [pytest.mark.usefixtures("empty_file"), pytest.mark.render]
 
@@ -71,15 +71,16 @@ def test_material_says_how_thick_it_is_unless_its_look_depends_on_it() -> None:
     assert not socket.is_linked
 
 
-def test_odd_inputs_render_finite_and_not_negative(engine: engines.Engine) -> None:
-    rows = robustness.extreme_rows()
+@pytest.mark.parametrize("law", [PAPER, SPECULAR], ids=lambda law: law.stem)
+def test_odd_inputs_render_finite_and_not_negative(engine: engines.Engine, law: Law) -> None:
+    rows = robustness.extreme_rows(law)
     bent = robustness.sheet(robustness.EXTREME_MUS, [inputs for _, _, inputs in rows], robustness.EXTREME_CELL)
     choose([bent.sun])
     lights: list[float | bpy.types.World] = [*robustness.SUNS, robustness.uniform_world()]
     modes = ("Lobes",) if engine is engines.EEVEE else ("Lobes", "Lamps", "Lobes, OSL")
-    for mode in modes:
+    for mode in ("Lobe", "Lamps") if law is SPECULAR else modes:
         bent.scene.cycles.shading_system = mode.endswith("OSL")
-        material = robustness.fed(PAPER, mode.split(",")[0])
+        material = robustness.fed(law, mode.split(",")[0])
         for (name, words, _), (low, _, sound) in zip(rows, robustness.odd_inputs(bent, material, engine, lights), strict=True):
             assert sound, (mode, name, words, low)
 

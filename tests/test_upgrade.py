@@ -10,7 +10,7 @@ import pytest
 
 from true_diffuse.addon import materials, upgrade
 from true_diffuse.addon.marks import STAMP
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE, Group, lamps
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group, lamps
 from true_diffuse.addon.nodes.graph import COLOR, Graph, Socket, Value
 from true_diffuse.addon.osl import compiles_osl
 
@@ -132,6 +132,23 @@ def test_group_of_the_user_with_our_name_stays_and_ours_comes_beside() -> None:
     upgrade.upgrade()
     assert node.node_tree[STAMP] == ROUGH_DIFFUSE.stamp and node.node_tree != theirs
     assert theirs.name == "Rough Diffuse" and not theirs.nodes and STAMP not in theirs
+
+
+def test_standard_specular_without_modes_keeps_its_lobe() -> None:
+    def build_first(graph: Graph) -> dict[str, Value]:
+        return {"BSDF": graph.diffuse(graph.input(COLOR), graph.normal())}
+
+    inputs = tuple(socket for socket in SPECULAR_GROUP.inputs if socket.name != "Mode")
+    first = replace(SPECULAR_GROUP, version=1, inputs=inputs, build=build_first)
+    made = materials.create("Old", first, Color=(0.1, 0.2, 0.3, 1.0), Specular=0.4, Exponent=70.0)
+    node = made.node_tree.nodes[first.name]
+    node.inputs["Exponent"].keyframe_insert("default_value", frame=1)
+    report = upgrade.upgrade()
+    assert report.upgraded == ["Old"] and not report.lines and node.node_tree == SPECULAR_GROUP.ensure()
+    values = [node.inputs[name].default_value for name in ("Mode", "Specular", "Exponent")]
+    assert values == ["Lobe", pytest.approx(0.4), pytest.approx(70.0)]
+    curve = made.node_tree.animation_data.action.layers[0].strips[0].channelbags[0].fcurves[0]
+    assert f"inputs[{node.inputs.find('Exponent')}]" in curve.data_path
 
 
 def test_changed_and_newer_groups_are_left_alone() -> None:

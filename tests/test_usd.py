@@ -267,7 +267,9 @@ def test_round_trip_is_equal(tmp_path: Path) -> None:
     for method in METHODS:
         inputs = {"Mean Free Path": tuple(single(draw, 0.0, 9.0) for _ in range(3)), "Scale": single(draw, 0.0, 1e-6)}
         made.append(materials.create("Below", SUBSURFACE, Method=method, Subsurface=single(draw, 0.0, 1.0), **inputs))
-    made.append(materials.create("Shiny", SPECULAR_GROUP, Specular=single(draw, 0.0, 1.0), Exponent=single(draw, 0.0, 900.0)))
+    for mode in ("Lobe", "Lamps"):
+        inputs = {"Specular": single(draw, 0.0, 1.0), "Exponent": single(draw, 0.0, 900.0)}
+        made.append(materials.create("Shiny", SPECULAR_GROUP, Mode=mode, **inputs))
     made += [materials.create(preset.name, SUBSURFACE, **preset.inputs) for preset in presets.PRESETS.values()]
     for index, material in enumerate(made):
         material.name = f"M{index}"

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from .geometry import clamp, geometry
 from .vector import Vector, add, dot, normalize
 
+BELOW = 0.87, 0.42  # of the share of the highlight that is below the surface: scripts/fit_albedo.py
+
 
 @dataclass(frozen=True)
 class Specular:
@@ -30,11 +32,16 @@ class Specular:
         object.__setattr__(self, "specular", clamp(self.specular, 0.0, 1.0))
         object.__setattr__(self, "exponent", clamp(self.exponent, 0.0, 10000.0))
 
+    @property
+    def height(self) -> float:
+        """k_s (n + 8) / 8, the highlight at its brightest over a white Lambert surface, in [0, 1251]."""
+        return self.specular * (self.exponent + 8.0) / 8.0
+
     def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
         """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho of the base is clamped to [0, 1]."""
         g = geometry(n, l, v)
         if g is None:
             return 0.0
         n_dot_h = clamp(dot(g.n, normalize(add(g.l, g.v))), 0.0, 1.0)
-        highlight = self.specular * (self.exponent + 8.0) / (8.0 * math.pi) * n_dot_h**self.exponent
-        return (clamp(albedo, 0.0, 1.0) / math.pi + highlight) * g.mu_i
+        highlight = self.height * n_dot_h**self.exponent
+        return (clamp(albedo, 0.0, 1.0) + highlight) / math.pi * g.mu_i

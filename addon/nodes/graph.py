@@ -243,6 +243,10 @@ class Graph:
             self._geometry = self.add("ShaderNodeNewGeometry")
         return Value(self, self._geometry.outputs[output])
 
+    def is_diffuse_ray(self) -> Value:
+        """Return 1 where the surface is seen by light that a diffuse closure scattered, else 0."""
+        return self.node("ShaderNodeLightPath", {}, "Is Diffuse Ray")
+
     def calculate(self, operation: str, a: Operand, b: Operand) -> Value:
         """Return a Math node, or a Vector Math one where an operand is a vector; leaves out what changes nothing."""
         if operation == "MULTIPLY" and 1.0 in (a, b):

@@ -6,15 +6,21 @@ that faces it there, shadows left out. An area lamp counts as its center, a spot
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
 
 import bpy
 
-from .graph import Graph, Group, Value
+from .graph import Graph, Group, Number, Socket, Value
 
 SLOTS = 4
 CHANNELS = ("red", "green", "blue")
 NEAR = 1e-12  # m^2, the least squared distance
+# Where the chosen lamps together send less than this share of what they could, what they are weighed for goes over to that for
+# light from elsewhere, or the terminator would be a crease in it.
+FADE = 0.005
+
+L = Socket("L", "NodeSocketVector", "Unit vector towards the lamp", (0.0, 0.0, 0.0))
 
 
 def build_none(graph: Graph) -> dict[str, Value]:
@@ -64,6 +70,23 @@ def lamp(graph: Graph, light: bpy.types.Object) -> tuple[Value, Value]:
 LAMPS = Group("lamps", ".True Diffuse Lamps", "Lamps", 1, "The lamps that the mode Lamps is exact for", (), build_none)
 
 
+def weighed(graph: Graph, under: Callable[[Value], tuple[Value, Value]], elsewhere: Number) -> Value:
+    """Return the mean of what a surface is under the chosen lamps, weighted by what each would send, shadows left out.
+
+    `under` gives for a lamp's L what it is there, and N.L. Light from elsewhere, little beside them, counts with `elsewhere`.
+    """
+    places = graph.group(LAMPS)
+    reflected, received, irradiances = [], [], []
+    for slot in range(1, SLOTS + 1):
+        value, mu = under(places[f"L {slot}"])
+        irradiances.append(places[f"E {slot}"])
+        received.append(irradiances[-1] * mu)
+        reflected.append(value * received[-1])
+    most = sum(irradiances[1:], irradiances[0]) * FADE
+    rest = graph.maximum(most - sum(received[1:], received[0]), 1e-9)
+    return sum(reflected, elsewhere * rest) / sum(received, rest)
+
+
 def slots() -> list[bpy.types.Object | None]:
     """Return the light object of each slot, None where the slot is empty or its light has been deleted."""
     tree = next(iter(LAMPS.trees()), None)
@@ -102,6 +125,17 @@ def choose(lights: Sequence[bpy.types.Object]) -> None:
 def chosen() -> list[bpy.types.Object]:
     """Return the lights that the mode Lamps follows, in the order of their slots; those that are deleted are not among them."""
     return [light for light in slots() if light is not None]
+
+
+@contextmanager
+def following(lights: Sequence[bpy.types.Object]) -> Generator[None]:
+    """Let the mode Lamps follow `lights` and then those that were chosen before again."""
+    before = chosen()
+    choose(lights)
+    try:
+        yield
+    finally:
+        choose(before)
 
 
 def drop_deleted() -> None:

@@ -8,14 +8,9 @@ from ..models.fujii import K1
 from ..models.lobe import CYCLES, GRAZING, PAIR, SIGNED, SINGLE
 from ..models.lobe_table import TABLE
 from .graph import COLOR, Graph, Group, Number, Socket, Value
-from .lamps import LAMPS, SLOTS
+from .lamps import L, weighed
 from .rough_models import IOR, ROUGHNESS, Kind, Lamp, N, Surface, Terms, cycles_diffuse, eon, fujii, oren_nayar
 from .schemes import AWAY_LOBE, LOBE_PAIR, ONCE, SIGNED_LOBES, SIGNED_LOBES_UNDER, SINGLE_LOBE
-
-L = Socket("L", "NodeSocketVector", "Unit vector towards the lamp", (0.0, 0.0, 0.0))
-# Where the chosen lamps together send less than this share of what they could, the color goes over to that for light from
-# elsewhere, or the terminator would be a crease in it.
-FADE = 0.005
 
 
 class Modes(NamedTuple):
@@ -67,25 +62,20 @@ def modes(surface: Surface, terms: Terms, kind: Kind) -> Modes:
 def lamps(surface: Surface, kind: Kind) -> Value | None:
     """Return a Lambert closure in the color that gives it the model's radiance under the chosen lamps, in either engine.
 
-    So the engine's shadows and bounces stay. The color's factor is the mean of the model over Lambert, weighted by what each lamp
-    would send; light from elsewhere, little beside them, counts with the directional albedo. None where the model has no such form.
+    So the engine's shadows and bounces stay. The color's factor is the `weighed` mean of the model over Lambert; light from
+    elsewhere counts with the directional albedo. None where the model has no such form.
     """
     if kind.one_lamp is None:
         return None
     graph, gain_of, albedo = surface.graph, *kind.one_lamp
     group = _group("gain", f"{kind.name}, One Lamp", kind, (COLOR, ROUGHNESS, IOR, N, L), lambda inner: build_gain(inner, gain_of))
-    places = graph.group(LAMPS)
     inputs = {"Color": surface.color, "Roughness": surface.sigma, "IOR": surface.ior, "N": surface.n}
-    reflected, received, irradiances = [], [], []
-    for slot in range(1, SLOTS + 1):
-        gain = graph.group(group, **inputs, L=places[f"L {slot}"])
-        irradiances.append(places[f"E {slot}"])
-        received.append(irradiances[-1] * gain["N.L"])
-        reflected.append(gain["Gain"] * received[-1])
-    most = sum(irradiances[1:], irradiances[0]) * FADE
-    elsewhere = graph.maximum(most - sum(received[1:], received[0]), 1e-9)
-    shown = sum(reflected, albedo(surface) * elsewhere) / sum(received, elsewhere)
-    return graph.diffuse(surface.color * shown, surface.n)
+
+    def under(l: Value) -> tuple[Value, Value]:
+        gain = graph.group(group, **inputs, L=l)
+        return gain["Gain"], gain["N.L"]
+
+    return graph.diffuse(surface.color * weighed(graph, under, albedo(surface)), surface.n)
 
 
 def signed_lobes(surface: Surface, terms: Terms, weights: list[Number], frame: dict[str, Value]) -> Value:

@@ -1,15 +1,31 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Node group Specular: the standard specular of the paper's first character, as near as Blender's closures come to it.
 
-No closure of EEVEE, or of Cycles without OSL, is a Blinn-Phong lobe, so a microfacet lobe stands in: Beckmann's in Cycles, which
-with alpha^2 = 2 / (n + 2) has nearly the same shape (B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces",
-EGSR 2007); EEVEE takes it for GGX, whose tail is longer. A factor gives it Blinn-Phong's height in the mirror direction from every
-view: (n + 8) / (n + 2) times mu^2 / G, with G = 1 / sqrt(1 + alpha^2 (1 / mu^2 - 1)) for GGX's own masking and shadowing at
-N.L = N.V = mu; Beckmann's is next to 1.
+No closure of EEVEE, or of Cycles without OSL, is a Blinn-Phong lobe, so in the mode Lobe a microfacet lobe stands in: Beckmann's in
+Cycles, which with alpha^2 = 2 / (n + 2) has nearly the same shape (B. Walter et al., "Microfacet Models for Refraction through
+Rough Surfaces", EGSR 2007); EEVEE takes it for GGX, whose tail is longer. A factor gives it Blinn-Phong's height in the mirror
+direction from every view: (n + 8) / (n + 2) times mu^2 / G, with G = 1 / sqrt(1 + alpha^2 (1 / mu^2 - 1)) for GGX's own masking and
+shadowing at N.L = N.V = mu; Beckmann's is next to 1.
+
+In the mode Lamps the base, a Lambert closure, takes the color that makes it the model under chosen lamps: rho and
+k_s (n + 8) / 8 (N.H)^n. As that color reflects all light that comes, the highlight is brighter by what else lights its place, and
+stays, fainter, where its lamp is in shadow. EEVEE keeps colors up to 8 times white.
 """
 
-from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
+import math
 
+from ..models.specular import BELOW
+from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
+from .lamps import L, weighed
+from .rough_models import N
+
+LEAST = 1e-12  # of a squared length
+
+MODE = Socket("Mode", "NodeSocketMenu", "How the highlight is made of what the engine offers", "Lobe")
+MODES = (
+    ("Lobe", "A microfacet lobe stands in: every light, shadow and bounce"),
+    ("Lamps", "Exact for up to four lamps, which alone have highlights: select them, then Object > Choose Lamps"),
+)
 SPECULAR = Socket("Specular", "NodeSocketFloat", "Weight k_s of the highlight, without Fresnel", 0.06, 0.0, 1.0, subtype="FACTOR")
 EXPONENT = Socket(
     "Exponent", "NodeSocketFloat", "Blinn-Phong exponent n: the higher, the smaller the highlight", 30.0, 0.0, 10000.0
@@ -18,23 +34,70 @@ EXPONENT = Socket(
 
 def build(graph: Graph) -> dict[str, Value]:
     normal = graph.normal()
+    mu = graph.clamp(graph.dot(normal, graph.geometry("Incoming")), 0.0, 1.0)
+    shown = {"Lobe": lobe(graph, normal, mu), "Lamps": under_lamps(graph, normal, mu)}
+    return {"BSDF": graph.menu(graph.input(MODE), "SHADER", [(name, text, shown[name]) for name, text in MODES])}
+
+
+def lobe(graph: Graph, normal: Value, mu: Value) -> Value:
+    """Return the base and a microfacet lobe near the highlight."""
     n = graph.maximum(graph.input(EXPONENT), 0.0)
     alpha2 = 2.0 / (n + 2.0)
-    mu = graph.clamp(graph.dot(normal, graph.geometry("Incoming")), 0.0, 1.0)
     mu2 = mu * mu
     masking = graph.in_eevee()
     same_height = mu * graph.sqrt(mu2 + masking * alpha2 * (1.0 - mu2))
     weight = graph.input(SPECULAR) * ((n + 8.0) / (n + 2.0)) * same_height
     base = graph.diffuse(graph.input(COLOR), normal)
-    return {"BSDF": graph.add_shader(base, graph.beckmann(weight, alpha2**0.25, normal))}
+    return graph.add_shader(base, graph.beckmann(weight, alpha2**0.25, normal))
 
 
+def under_lamps(graph: Graph, normal: Value, mu: Value) -> Value:
+    """Return a Lambert closure in the color that gives it the model's radiance under the chosen lamps, in either engine.
+
+    What a diffuse bounce sees of the highlight is its mean over all light: else it would be a caustic, of fireflies where the
+    exponent is high. Cycles blurs its own lobes there, too ("Filter Glossy").
+    """
+    n = graph.clamp(graph.input(EXPONENT), 0.0, 10000.0)
+    weight = graph.clamp(graph.input(SPECULAR), 0.0, 1.0) * graph.math("GREATER_THAN", mu, 0.0) * (n + 8.0)
+
+    def under(l: Value) -> tuple[Value, Value]:
+        lit = graph.group(ONE_LAMP, Exponent=n, N=normal, L=l)
+        return lit["Power"], lit["N.L"]
+
+    # h of shaders/albedo.glsl, specular_albedo
+    t = mu * graph.sqrt(n)
+    below = graph.math("POWER", math.e, -1.0 * t * (0.5 * math.log(2.0) * t + (1.0 - mu) * (BELOW[0] + BELOW[1] * t)))
+    albedo = 8.0 / ((n + 2.0) * (n + 4.0)) * (t * t + 2.0 * (1.0 - mu * mu) - (1.0 - 2.0 * mu * mu) * below)
+    color = graph.clamp(graph.input(COLOR), 0.0, 1.0)
+    highlight = graph.mix(graph.is_diffuse_ray(), weighed(graph, under, albedo), albedo)
+    return graph.diffuse(color + highlight * (weight * 0.125), normal)
+
+
+def build_one_lamp(graph: Graph) -> dict[str, Value]:
+    """(N.H)^n as (1 - |N x H|^2)^(n / 2): that root keeps its digits near 1, where a power of 10000 needs them."""
+    n, l = graph.input(N), graph.input(L)
+    h = l + graph.geometry("Incoming")
+    across = graph.vector_math("CROSS_PRODUCT", n, h)
+    sine2 = graph.dot(across, across) / graph.maximum(graph.dot(h, h), LEAST)
+    power = graph.maximum(1.0 - sine2, 0.0) ** (graph.input(EXPONENT) * 0.5)
+    return {"Power": power, "N.L": graph.clamp(graph.dot(n, l), 0.0, 1.0)}
+
+
+ONE_LAMP = Group(
+    "gain_specular",
+    ".True Diffuse Standard Specular, One Lamp",
+    "Standard Specular, One Lamp",
+    1,
+    "The highlight under one lamp",
+    (EXPONENT, N, L),
+    build_one_lamp,
+)
 SPECULAR_GROUP = Group(
     key="specular",
     name="Standard Specular",
     label="Standard Specular",
-    version=1,
+    version=2,
     description="Standard specular: a highlight of fixed weight over a Lambert base, as games used to shade",
-    inputs=(COLOR, SPECULAR, EXPONENT, NORMAL),
+    inputs=(MODE, COLOR, SPECULAR, EXPONENT, NORMAL),
     build=build,
 )

@@ -7,12 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import bpy
+
 from ...scenes.five_characters import Character, FiveCharacters, Look
 from ..engines import CYCLES, Engine
 from ..measure import error, picture, render
 from ..measure.record import Progress, Record, known
 from ..models import Lambert, OrenNayar
-from ..nodes import ROUGH_DIFFUSE
+from ..nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, lamps
 from .pictures import Captions, captions
 
 MEASUREMENT_WORK = 1.0  # a twelfth of what a picture takes
@@ -94,6 +96,31 @@ def measure_osl(stage: FiveCharacters, seen: Sequence[Seen], progress: Progress)
         return measure(stage, chosen, CYCLES, OSL_SAMPLES, progress)
     finally:
         stage.scene.cycles.shading_system = before
+
+
+def has_stand_in(look: Look) -> bool:
+    """Return whether closures that stand in for a look's model by default can be exact, in the group's mode Lamps."""
+    return look.group is SPECULAR_GROUP
+
+
+def measure_lamps(stage: FiveCharacters, seen: Sequence[Seen], samples: int, progress: Progress) -> list[Measured]:
+    """Return the same of Cycles in the mode Lamps, which follows the key light; the characters' groups must be whole."""
+    chosen = [one for one in seen if has_stand_in(one.character.look)]
+    modes = [_node(one.character).inputs["Mode"] for one in chosen]
+    before = [mode.default_value for mode in modes]
+    try:
+        with lamps.following([stage.key]):
+            for mode in modes:
+                mode.default_value = "Lamps"
+            return measure(stage, chosen, CYCLES, samples, progress)
+    finally:
+        for mode, value in zip(modes, before, strict=True):
+            mode.default_value = value
+
+
+def _node(character: Character) -> bpy.types.Node:
+    """Return the node of a character's group."""
+    return character.subject.material_slots[0].material.node_tree.nodes[character.look.group.name]
 
 
 def five_captions(stage: FiveCharacters) -> Captions:
@@ -194,9 +221,13 @@ def record(one: Measured, albedo: float) -> Record:
 
 @dataclass(frozen=True)
 class Held:
-    """One character in Cycles, for Realtime to be held against: `osl`, `samples` and `rgb` as in `Measured`; `pixels` measured."""
+    """One character in Cycles, for Realtime to be held against: `osl`, `samples` and `rgb` as in `Measured`; `pixels` measured.
+
+    `mode` is the group's where that is another than the picture's.
+    """
 
     osl: bool
+    mode: str | None
     samples: int
     pixels: Sequence[int]
     rgb: array[float]
@@ -208,18 +239,23 @@ def realtime_from_cycles(realtime: array[float], cycles: Held) -> Record:
     `rms_difference` is relative to the RMS of Cycles, None where that is black.
     """
     difference = error.difference(realtime, cycles.rgb, cycles.pixels)
-    return {"osl": cycles.osl, "samples": cycles.samples, "pixels": len(cycles.pixels), "rms_difference": known(difference)}
+    way = {"osl": cycles.osl, "mode": cycles.mode, "samples": cycles.samples}
+    return {**way, "pixels": len(cycles.pixels), "rms_difference": known(difference)}
 
 
 def realtime_from_cycles_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return the columns and rows that sum up for people how far Realtime is from Cycles, a row for each look as it is rendered."""
-    ways = {False: "Cycles", True: "Cycles with OSL"}
-    found: dict[tuple[object, ...], dict[bool, float | None]] = {}
+    found: dict[tuple[object, ...], dict[str, float | None]] = {}
     for one in records:
-        found.setdefault((one["character"], one["frame"], one["name"]), {})[one["osl"]] = one["rms_difference"]
-    used = sorted({one["osl"] for one in records})
-    rows: list[tuple[str, ...]] = [(str(key[-1]), *(percent(each.get(osl)) for osl in used)) for key, each in found.items()]
-    return ("Character", *(f"RMS from {ways[osl]}" for osl in used)), rows
+        found.setdefault((one["character"], one["frame"], one["name"]), {})[way_of(one)] = one["rms_difference"]
+    used = sorted({way_of(one) for one in records})
+    rows: list[tuple[str, ...]] = [(str(key[-1]), *(percent(each.get(way)) for way in used)) for key, each in found.items()]
+    return ("Character", *(f"RMS from {way}" for way in used)), rows
+
+
+def way_of(one: Record) -> str:
+    """Return in words what a record of `realtime_from_cycles` holds Realtime against."""
+    return f"Cycles{' with OSL' * one['osl']}{f' in mode {one["mode"]}' if one['mode'] else ''}"
 
 
 def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:

@@ -175,7 +175,7 @@ def measure(material: bpy.types.Material, scene: bpy.types.Scene, progress: Prog
     with _workshop() as bench:
         bench.cycles.shading_system = setup.osl
         sphere = sphere_under_sun(SIZE, bench)
-        with _following(sphere.sun) if claim.follows_lamps else nullcontext():
+        with lamps.following([sphere.sun]) if claim.follows_lamps else nullcontext():
             shown = _copy(material)
             if is_slab:
                 errors = _slab_errors(shown, claim, setup, scene.unit_settings.scale_length, progress)
@@ -269,17 +269,6 @@ def _workshop() -> Generator[bpy.types.Scene]:
 def _is_blenders(item: bpy.types.ID) -> bool:
     """Return whether `item` is the image that Blender keeps its renders in."""
     return isinstance(item, bpy.types.Image) and item.type == "RENDER_RESULT"
-
-
-@contextmanager
-def _following(sun: bpy.types.Object) -> Generator[None]:
-    """Let the mode Lamps follow `sun` and then those that the artist chose again."""
-    chosen = lamps.chosen()
-    lamps.choose([sun])
-    try:
-        yield
-    finally:
-        lamps.choose(chosen)
 
 
 def _gpu() -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether the node group keeps its energy, holds light back and stays finite: records for the accuracy report.
+"""Whether the node groups keep their energy, hold light back and stay finite: records for the accuracy report.
 
 Furnace and extremes look at a sheet bent along lines, convex and from afar: each column of it stands at one N.V to the camera, each
 row has inputs of its own, which the mesh carries as attributes. So one picture holds every combination.
@@ -16,14 +16,13 @@ import bpy
 
 from mathutils import Vector
 
-from .. import materials
 from ..engines import EEVEE, Engine
 from ..measure import render
 from ..measure.record import Progress, Record
 from ..models import directional_albedo
 from ..models.lobe import PAIR, SIGNED
-from ..nodes import ROUGH_DIFFUSE, lamps
-from .rough import LAMBERT, OTHERS, PAPER, WAYS, Law, Way
+from ..nodes import lamps
+from .rough import LAMBERT, OTHERS, PAPER, SPECULAR, SPECULAR_WAYS, WAYS, Law, Way
 
 LAWS = (LAMBERT, PAPER, *OTHERS)
 QUICK_LAWS = (PAPER, OTHERS[1])
@@ -40,6 +39,8 @@ NUMBERS: dict[str, tuple[float, ...]] = {
     "Roughness": (0.0, 1e-8, 1e-3, math.pi / 2, 1e3, -1.0, INF, NAN),
     "Color": (0.0, 1.0, 1.5, -1.0, INF, NAN),
     "IOR": (1.0, 3.0, 0.0, -1.0, INF, NAN),
+    "Specular": (0.0, 1.0, 1e3, -1.0, INF, NAN),
+    "Exponent": (0.0, 1e4, 1e6, -1.0, INF, NAN),
 }
 NORMALS = (
     ("length 0", (0.0, 0.0, 0.0)),
@@ -52,7 +53,14 @@ NORMALS = (
     ("one NaN", (0.0, NAN, 1.0)),
     ("infinite", (0.0, 0.0, INF)),
 )
-USUAL = {"Roughness": (1.0,) * 3, "Color": (0.8, 0.8, 0.8), "IOR": (1.5,) * 3, "Normal": (0.0, 0.0, 0.0)}
+USUAL = {
+    "Roughness": (1.0,) * 3,
+    "Color": (0.8, 0.8, 0.8),
+    "IOR": (1.5,) * 3,
+    "Specular": (0.5,) * 3,
+    "Exponent": (30.0,) * 3,
+    "Normal": (0.0, 0.0, 0.0),
+}
 BEYOND, HUGE, ONE = " beyond", 1e30, (1.0, 1.0, 1.0)  # HUGE squared is infinite in 32-bit floats
 LEAK_COLOR = (0.8, 0.8, 0.8, 1.0)
 LEAK_SIGMA = 1.0
@@ -104,7 +112,7 @@ class Sheet:
 
 
 def sheet(mus: Sequence[float], rows: Sequence[Inputs], cell: int) -> Sheet:
-    """Return a sheet whose columns stand at the cosines `mus`, falling, and whose rows have the group's inputs `rows`."""
+    """Return a sheet whose columns stand at the cosines `mus`, falling, and whose rows have a group's inputs `rows`."""
     scene = bpy.context.scene
     columns, count = len(mus), len(rows)
     slopes = [math.sqrt(1.0 - mu * mu) / mu for mu in mus]
@@ -142,9 +150,9 @@ def fed(law: Law, mode: str) -> bpy.types.Material:
 
     EEVEE reads 0 for an attribute that is not finite, so infinity and NaN are made in nodes: x (1 + HUGE^2), x being 1 and 0.
     """
-    material = materials.create(f"{law.name} {mode}", ROUGH_DIFFUSE, Model=law.name, Mode=mode)
+    material = law.material(mode)
     tree = material.node_tree
-    for name in USUAL:
+    for name in _inputs(law):
         x, huge = tree.nodes.new("ShaderNodeAttribute"), tree.nodes.new("ShaderNodeAttribute")
         x.attribute_name, huge.attribute_name = name, name + BEYOND
         sources = (huge.outputs["Vector"], huge.outputs["Vector"]), (None, ONE), (None, x.outputs["Vector"])
@@ -158,8 +166,13 @@ def fed(law: Law, mode: str) -> bpy.types.Material:
                 else:
                     tree.links.new(source or previous, socket)
             previous = node.outputs["Vector"]
-        tree.links.new(previous, tree.nodes[ROUGH_DIFFUSE.name].inputs[name])
+        tree.links.new(previous, tree.nodes[law.group.name].inputs[name])
     return material
+
+
+def _inputs(law: Law) -> list[str]:
+    """Return which of the sheet's attributes are inputs of a model's group."""
+    return [socket.name for socket in law.group.inputs if socket.name in USUAL]
 
 
 def _finite(x: float) -> float:
@@ -200,8 +213,8 @@ class Case(NamedTuple):
         return {"engine": self.way.engine.key, "home": self.way.home, "mode": self.way.mode, "model": self.law.name}
 
 
-def _cases(used: Sequence[Engine], laws: Iterable[Law], lamps_too: bool) -> list[Case]:
-    return [Case(way, law) for way in WAYS if way.engine in used and (lamps_too or way.mode != "Lamps") for law in laws]
+def _cases(used: Sequence[Engine], laws: Iterable[Law], lamps_too: bool, ways: Iterable[Way] = WAYS) -> list[Case]:
+    return [Case(way, law) for way in ways if way.engine in used and (lamps_too or way.mode != "Lamps") for law in laws]
 
 
 # Furnace
@@ -336,7 +349,7 @@ def leak(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Re
         lamps.choose([solid.sun])
         for case in _leak_cases(used, quick):
             solid.scene.cycles.shading_system = case.way.osl
-            material = _leak_material(case)
+            material = case.law.material(case.way.mode, Color=LEAK_COLOR, Roughness=LEAK_SIGMA)
             name = "sphere" if thickness is None else f"slab {1000.0 * thickness:g} mm"
             with progress.step(f"Leak  {case.name}  {name}", 1.0):
                 for wired in (True, False) if case.way.scheme in (PAIR, SIGNED) else (True,):
@@ -352,11 +365,6 @@ def leak(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Re
 
 def _leak_cases(used: Sequence[Engine], quick: bool) -> list[Case]:
     return _cases(used, QUICK_LAWS[:1] if quick else QUICK_LAWS, lamps_too=True)
-
-
-def _leak_material(case: Case) -> bpy.types.Material:
-    name, mode = case.law.name, case.way.mode
-    return materials.create(f"{name} {mode}", ROUGH_DIFFUSE, Model=name, Mode=mode, Color=LEAK_COLOR, Roughness=LEAK_SIGMA)
 
 
 def _unwire(material: bpy.types.Material) -> None:
@@ -391,11 +399,11 @@ def leak_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[s
 # Extremes
 
 
-def extreme_rows() -> list[tuple[str, str, Inputs]]:
-    """Return what the rows of the sheet are: the input that is odd, its value in words, and all inputs."""
+def extreme_rows(law: Law) -> list[tuple[str, str, Inputs]]:
+    """Return what the rows of a sheet for a model's group are: the input that is odd, its value in words, and all inputs."""
     rows = []
-    for name, values in NUMBERS.items():
-        rows += [(name, f"{value:g}", {**USUAL, name: (value,) * 3}) for value in values]
+    for name in _inputs(law):
+        rows += [(name, f"{value:g}", {**USUAL, name: (value,) * 3}) for value in NUMBERS.get(name, ())]
     return rows + [("Normal", words, {**USUAL, "Normal": value}) for words, value in NORMALS]
 
 
@@ -404,20 +412,28 @@ def extremes(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterato
 
     `finite` is whether all of it is finite and not negative. Each home, mode and model is one unit of work to `progress`.
     """
-    rows = extreme_rows()
-    bent, white = sheet(EXTREME_MUS, [inputs for _, _, inputs in rows], EXTREME_CELL), uniform_world()
-    lamps.choose([bent.sun])
-    for case in _cases(used, QUICK_LAWS if quick else LAWS, lamps_too=True):
-        bent.scene.cycles.shading_system = case.way.osl
-        with progress.step(f"Extremes  {case.name}", 1.0):
-            ranges = odd_inputs(bent, fed(case.law, case.way.mode), case.way.engine, (*SUNS, white))
-        for (name, words, _), (low, high, finite) in zip(rows, ranges, strict=True):
-            yield {**case.record, "input": name, "value": words, "minimum": low, "maximum": high, "finite": finite}
+    white = uniform_world()
+    for cases in _extreme_cases(used, quick):
+        rows = extreme_rows(cases[0].law)
+        bent = sheet(EXTREME_MUS, [inputs for _, _, inputs in rows], EXTREME_CELL)
+        lamps.choose([bent.sun])
+        for case in cases:
+            bent.scene.cycles.shading_system = case.way.osl
+            with progress.step(f"Extremes  {case.name}", 1.0):
+                ranges = odd_inputs(bent, fed(case.law, case.way.mode), case.way.engine, (*SUNS, white))
+            for (name, words, _), (low, high, finite) in zip(rows, ranges, strict=True):
+                yield {**case.record, "input": name, "value": words, "minimum": low, "maximum": high, "finite": finite}
+
+
+def _extreme_cases(used: Sequence[Engine], quick: bool) -> list[list[Case]]:
+    """Return the cases of each group."""
+    rough = _cases(used, QUICK_LAWS if quick else LAWS, lamps_too=True)
+    return [rough, _cases(used, (SPECULAR,), lamps_too=True, ways=SPECULAR_WAYS)]
 
 
 def extremes_work(used: Sequence[Engine], quick: bool) -> int:
     """Return how many homes, modes and models `extremes` goes through."""
-    return len(_cases(used, QUICK_LAWS if quick else LAWS, lamps_too=True))
+    return sum(map(len, _extreme_cases(used, quick)))
 
 
 def odd_inputs(
@@ -443,7 +459,9 @@ def extremes_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tup
     for record in records:
         row = groups.setdefault((record["input"], record["value"]), {})
         row.setdefault((record["engine"], record["home"], record["mode"]), []).append(record)
-    rows: list[tuple[str, ...]] = [(*key, *(_range(row[way]) for way in ways)) for key, row in groups.items()]
+    rows: list[tuple[str, ...]] = [
+        (*key, *(_range(row[way]) if way in row else "-" for way in ways)) for key, row in groups.items()
+    ]
     columns: tuple[str, ...] = ("Input", "Value", *(", ".join(way) for way in ways))
     return columns, rows
 

@@ -14,11 +14,11 @@ from ..engines import CYCLES, EEVEE, Engine
 from ..measure import osl
 from ..measure.lobe_error import lobe_error
 from ..measure.record import Progress, Record, known
-from ..models import CyclesDiffuse, Eon, Fujii, Lambert, Model, OrenNayar, OrenNayar1994, Pits, Wolff
+from ..models import CyclesDiffuse, Eon, Fujii, Lambert, Model, OrenNayar, OrenNayar1994, Pits, Specular, Wolff
 from ..models.lobe import CYCLES as CYCLES_LOBES
 from ..models.lobe import PAIR, SIGNED, SINGLE
 from ..models.lobes import Rendered
-from ..nodes import ROUGH_DIFFUSE, lamps
+from ..nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group, lamps
 from ..osl import compiles_osl
 
 SIGMAS = (0.2, 0.33, 1.0)
@@ -33,16 +33,22 @@ SKY = ((0.35, 0.3, 0.25), (0.4, 0.6, 1.0), 0.5)
 
 @dataclass(frozen=True)
 class Law:
-    """A model as the node group's menu calls it; `make` it with a roughness, or without where it has none."""
+    """A model as its group's menu, or the group itself, calls it; `make` it with a roughness, or without where it has none."""
 
     name: str
     make: Callable[[float], Model]
     rough: bool = True
+    group: Group = ROUGH_DIFFUSE
 
     @property
     def stem(self) -> str:
         """Its name in shaders."""
         return self.name.lower().replace("-", "_").replace(" ", "_")
+
+    def material(self, mode: str, **inputs: materials.Setting) -> bpy.types.Material:
+        """Return a new material of it in a `mode`, its other sockets set to `inputs`."""
+        model = {"Model": self.name} if self.group is ROUGH_DIFFUSE else {}
+        return materials.create(f"{self.name} {mode}", self.group, Mode=mode, **model, **inputs)
 
 
 PAPER = Law("Oren-Nayar", OrenNayar)
@@ -55,6 +61,7 @@ OTHERS = (
     Law("Wolff", lambda _: Wolff(), rough=False),
     Law("Pits", lambda _: Pits(), rough=False),
 )
+SPECULAR = Law("Standard Specular", lambda _: Specular(), rough=False, group=SPECULAR_GROUP)
 
 
 @dataclass(frozen=True)
@@ -85,6 +92,7 @@ WAYS = (
     Way("nodes", CYCLES, "Lamps", None),
     Way("osl", CYCLES, "Lobes", None, osl=True),
 )
+SPECULAR_WAYS = tuple(Way("nodes", engine, mode, None) for engine in (EEVEE, CYCLES) for mode in ("Lobe", "Lamps"))
 IN_SHADOW = Way("nodes", CYCLES, "Lamps", None, in_shadow=True)
 
 
@@ -105,7 +113,7 @@ class Case:
 
 
 def cases(used: Sequence[Engine], quick: bool) -> list[Case]:
-    """Return what to measure with the engines `used`: the paper's model first, as Lambert too, then the others."""
+    """Return what to measure with the engines `used`: the paper's model first, as Lambert too, then the others, then specular."""
     result = []
     ways = [way for way in WAYS if compiles_osl() or not way.osl]
     for engine in used:
@@ -120,6 +128,8 @@ def cases(used: Sequence[Engine], quick: bool) -> list[Case]:
             for way in ways:
                 if way.engine is engine:
                     result += [Case(way, law, sigma) for sigma in (OTHER_SIGMAS if law.rough else OTHER_SIGMAS[:1])]
+        if not quick:
+            result += [Case(way, SPECULAR, 0.0) for way in (*SPECULAR_WAYS, IN_SHADOW) if way.engine is engine]
     return result
 
 
@@ -138,7 +148,8 @@ def rough(sphere: SphereUnderSun, used: Sequence[Engine], samples: int, quick: b
         sphere.scene.cycles.shading_system = way.osl
         rendered = Lambert() if case.shown else Rendered(model, way.scheme) if way.scheme else None
         error_of_lobes = lobe_error(rendered, model) if rendered else measured.get(case)
-        material = _material(case.shown or case.law, way.mode, case.sigma)
+        shown = case.shown or case.law
+        material = shown.material(way.mode, Color=COLOR, **({"Roughness": case.sigma} if shown.rough else {}))
         for angle in _degrees(quick):
             with progress.step(f"{case.name}  {angle:g} degrees", 1.0):
                 seconds, (errors,) = sphere.measure(material, (model,), way.engine, samples, angle)
@@ -179,7 +190,7 @@ def between_engines(sphere: SphereUnderSun, progress: Progress) -> Iterator[Reco
     """
     lights, world = three_lights(), sky(*SKY)
     for law, mode, sigma in _pairs():
-        material = _material(law, mode, sigma)
+        material = law.material(mode, Color=COLOR, Roughness=sigma)
         for name, used, background in (("lights", lights, None), ("sky", (), world), ("lights and sky", lights, world)):
             with progress.step(f"EEVEE and Cycles  {name}  {mode}  {law.name}  {sigma:g}", 1.0):
                 seconds, difference = sphere.between_engines(material, used, background, ENGINES_SAMPLES)
@@ -208,10 +219,6 @@ def _pairs() -> list[tuple[Law, str, float]]:
 
 def _degrees(quick: bool) -> tuple[float, ...]:
     return QUICK_LIGHT_DEGREES if quick else LIGHT_DEGREES
-
-
-def _material(law: Law, mode: str, sigma: float) -> bpy.types.Material:
-    return materials.create(f"{law.name} {mode}", ROUGH_DIFFUSE, Model=law.name, Mode=mode, Color=COLOR, Roughness=sigma)
 
 
 def rough_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:

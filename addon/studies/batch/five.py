@@ -124,8 +124,9 @@ class Order:
         scenes = len(self.characters) * len(self.frames)
         looks = len(self.measured)
         each = pictures.PICTURE_WORK + five.MEASUREMENT_WORK * looks + MAP_WORK
-        osl = self.holds_osl * sum(map(five.has_osl, five_characters.looks(self.sigmas)))
-        return scenes * (len(self.engines) * each + five.MEASUREMENT_WORK * (looks + osl))
+        shown = five_characters.looks(self.sigmas)
+        more = self.holds_osl * sum(map(five.has_osl, shown)) + self.holds * sum(map(five.has_stand_in, shown))
+        return scenes * (len(self.engines) * each + five.MEASUREMENT_WORK * (looks + more))
 
 
 @dataclass(frozen=True)
@@ -146,7 +147,7 @@ class Part:
     @property
     def work(self) -> float:
         """The most work that `Five` reports of it to a `Progress`."""
-        measured = 3.0 if self.engine == CYCLES.key else 2.0  # Cycles with OSL
+        measured = 3.0 if self.engine == CYCLES.key else 2.0  # Cycles with OSL, or in mode Lamps
         return {PICTURE: pictures.PICTURE_WORK, ERROR_MAP: MAP_WORK}.get(self.look, measured * five.MEASUREMENT_WORK)
 
 
@@ -250,13 +251,15 @@ class Five:
         found = {"measured": {"character": part.character, "frame": part.frame, **five.record(one, self.order.albedo)}}
         files = {"patch": five.patch(self.stage, one).packed()}
         if self.order.holds and engine in (CYCLES, REALTIME):
-            takes = [one]
-            if self.order.holds_osl and engine is CYCLES and compiles_osl():
+            takes = [(None, one)]
+            if engine is CYCLES:
                 restore()
                 self._engine = None  # what comes next has its materials simplified again
-                takes += five.measure_osl(only, seen, progress)
-            found["takes"] = [{"osl": take.osl, "samples": take.samples} for take in takes]
-            files |= {f"{k}.f32": take.rgb.tobytes() for k, take in enumerate(takes)}
+                if self.order.holds_osl and compiles_osl():
+                    takes += [(None, take) for take in five.measure_osl(only, seen, progress)]
+                takes += [("Lamps", take) for take in five.measure_lamps(only, seen, one.samples, progress)]
+            found["takes"] = [{"osl": take.osl, "mode": mode, "samples": take.samples} for mode, take in takes]
+            files |= {f"{k}.f32": take.rgb.tobytes() for k, (_, take) in enumerate(takes)}
             files["i32"] = array("i", one.seen.expected.pixels).tobytes()
         return found, files
 
@@ -316,7 +319,7 @@ def _held(part: Part, found: Mapping[Part, Record], results: Results) -> Iterato
     realtime, pixels = floats(results.file(part.name, "0.f32")), array("i", results.file(cycles.name, "i32").read_bytes())
     for k, take in enumerate(found[cycles]["takes"]):
         rgb = floats(results.file(cycles.name, f"{k}.f32"))
-        difference = five.realtime_from_cycles(realtime, five.Held(take["osl"], take["samples"], pixels, rgb))
+        difference = five.realtime_from_cycles(realtime, five.Held(take["osl"], take["mode"], take["samples"], pixels, rgb))
         yield {"character": part.character, "frame": part.frame, "name": part.look, **difference}
 
 
@@ -328,7 +331,7 @@ def summary(found: Collected) -> list[str]:
             shares.setdefault(f"{ENGINES[one['engine']].label}, {one['name']}: RMS error", []).append(one["rms_error"])
     for one in found.realtime_from_cycles:
         if one["rms_difference"] is not None:
-            text = f"Realtime from Cycles{' with OSL' * one['osl']}, {one['name']}: RMS difference"
+            text = f"Realtime from {five.way_of(one)}, {one['name']}: RMS difference"
             shares.setdefault(text, []).append(one["rms_difference"])
     return [
         f"{text} {five.percent(median(each))} (median of {len(each)}), {five.percent(min(each))} to {five.percent(max(each))}"
