@@ -36,6 +36,7 @@ def driver(request, eevee_runs_here: bool) -> None:
 def add(x: float, z: float = 0.0, size: float = 1.5) -> bpy.types.Object:
     mesh = bpy.data.meshes.new("Square")
     mesh.from_pydata([(-size, -size, 0.0), (size, -size, 0.0), (size, size, 0.0), (-size, size, 0.0)], [], [(0, 1, 2, 3)])
+    mesh.uv_layers.new(name="UVMap")
     item = bpy.data.objects.new("Square", mesh)
     item.location = (x, 0.0, z)
     bpy.context.scene.collection.objects.link(item)
@@ -225,6 +226,27 @@ def color_no_longer_from_attribute(stage: Stage) -> None:
     tree.links.remove(stage.group(1).inputs["Color"].links[0])
 
 
+def normals_mapped(stage: Stage) -> None:
+    image = bpy.data.images.new("Normals", 1, 1, float_buffer=True, is_data=True)
+    image.pixels[:] = (0.75, 0.625, 0.875, 1.0)
+    tree = stage.materials[1].node_tree
+    texture, node = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeNormalMap")
+    texture.image = image
+    tree.links.new(texture.outputs["Color"], node.inputs["Color"])
+    tree.links.new(node.outputs["Normal"], stage.group(1).inputs["Normal"])
+
+
+def normals_mapped_less(stage: Stage) -> None:
+    normals_mapped(stage)
+    bpy.context.view_layer.update()
+    next(node for node in stage.materials[1].node_tree.nodes if node.type == "NORMAL_MAP").inputs["Strength"].default_value = 0.3
+
+
+def normals_mapped_in_edit_mode(stage: Stage) -> None:
+    normals_mapped(stage)
+    in_edit_mode(stage)
+
+
 def driven(stage: Stage) -> None:
     """Sigma by an object's place."""
     driver = stage.group(1).inputs["Roughness"].driver_add("default_value").driver
@@ -312,6 +334,9 @@ EDITS = {
     other_material_of_the_object: None,
     color_no_longer_from_attribute: None,
     color_from_attribute: 1,  # the mesh has a new attribute
+    normals_mapped: 0,
+    normals_mapped_less: 0,
+    normals_mapped_in_edit_mode: None,
     driven: 0,
     another_frame: 0,
     override: 0,
@@ -430,7 +455,8 @@ def variants(law: laws.Law = laws.LAMBERT, kinds: frozenset[str] = frozenset(("S
     scatterings = ((False, False), (False, True), (True, True))
     either = (False, True)
     for has_shadows, ambient, coat, paint, scattering in product(either, either, either, program.Paint, scatterings):
-        yield program.Variant(law, paint, coat, *scattering, program.Light(kinds, has_shadows, ambient))
+        relief = program.Relief.TANGENT if has_shadows != coat else program.Relief.NOTHING  # with each of the others
+        yield program.Variant(law, paint, coat, *scattering, program.Light(kinds, has_shadows, ambient), relief)
 
 
 def chosen(**names: bool) -> set[str]:
@@ -458,13 +484,16 @@ def test_what_a_scene_does_not_need_is_not_in_its_shader() -> None:
             "SCATTERING": variant.scattering,
             "COLOR_ATTRIBUTE": variant.paint is program.Paint.ATTRIBUTE,
             "COLOR_IMAGE": variant.paint is program.Paint.IMAGE,
+            "NORMAL_MAP": bool(variant.relief),
         }
         assert defined == chosen(**needed)
         assert re.findall(r"^#define (SUN|POINT|SPOT|AREA) ", made.fragment, re.MULTILINE) == ["SUN"]
-        assert set(made.samplers) == chosen(shadow_map=light.shadows, color_image=needed["COLOR_IMAGE"])
+        mapped = needed["NORMAL_MAP"]
+        assert set(made.samplers) == chosen(shadow_map=light.shadows, color_image=needed["COLOR_IMAGE"], relief_image=mapped)
         assert ("shadows" in made.blocks) == light.shadows
         assert len(made.outputs) == (4 if variant.scattering else 1)
-        assert set(made.attributes) - {"position", "normal"} == chosen(color=needed["COLOR_ATTRIBUTE"], uv=needed["COLOR_IMAGE"])
+        layers = chosen(color=needed["COLOR_ATTRIBUTE"], uv=needed["COLOR_IMAGE"], relief_uv=mapped, tangent=mapped)
+        assert set(made.attributes) - {"position", "normal"} == layers
 
 
 @pytest.mark.render

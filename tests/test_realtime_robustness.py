@@ -524,7 +524,7 @@ def test_images_that_are_missing_or_refused(stage: Stage, capfd, monkeypatch) ->
     monkeypatch.setattr(gpu.texture, "from_image", refuse)
     seen = stage.render()
     assert seen.at(-1.0) == gray(0.0) and seen.at(1.0) == gray(LIT)
-    assert warnings(capfd) == [f"The graphics driver has no room for {texture.image.name}, which is drawn black"]
+    assert warnings(capfd) == [f"The graphics driver has no room for {texture.image.name}, which is not drawn"]
 
 
 # ---- as many as there may be
