@@ -285,6 +285,45 @@ def test_world_is_reflected_by_the_directional_albedo(name: str) -> None:
             assert got[3 * pixel + channel] == pytest.approx(expected, abs=light * color * FITTED[name] + ROUND)
 
 
+def reroute(tree: bpy.types.NodeTree, link: bpy.types.NodeLink) -> None:
+    """Lay a link over two reroutes."""
+    source, target = link.from_socket, link.to_socket
+    for _ in range(2):
+        node = tree.nodes.new("NodeReroute")
+        tree.links.new(source, node.inputs[0])
+        source = node.outputs[0]
+    tree.links.new(source, target)
+
+
+def test_world_and_materials_are_found_behind_reroutes_and_constants() -> None:
+    """A square of twice WORLD's light on Lambert's material of ours, then on another's, then none where a link is muted."""
+    scene = empty_scene(4)
+    shown = material("Lambert")
+    add(scene, square(9.0, shown))
+    camera(scene, EYE, Vector())
+    give_world(scene)
+    world, tree = scene.world.node_tree, shown.node_tree
+    background = next(node for node in world.nodes if node.type == "BACKGROUND")
+    color, strength = world.nodes.new("ShaderNodeRGB"), world.nodes.new("ShaderNodeValue")
+    color.outputs[0].default_value, strength.outputs[0].default_value = (*WORLD, 1.0), 2.0
+    background.inputs["Color"].default_value = (1.0, 0.0, 1.0, 1.0)
+    world.links.new(color.outputs[0], background.inputs["Color"])
+    world.links.new(strength.outputs[0], background.inputs["Strength"])
+    for part in (world, tree):
+        for link in list(part.links):
+            reroute(part, link)
+    expected = [2.0 * light * own for light, own in zip(WORLD, COLOR, strict=True)] * 16
+    assert list(drawn(scene)) == pytest.approx(expected, rel=ROUND)
+    principled = tree.nodes.new("ShaderNodeBsdfPrincipled")
+    principled.inputs["Base Color"].default_value = (*COLOR, 1.0)
+    output = tree.get_output_node("ALL").inputs["Surface"]
+    tree.links.new(principled.outputs[0], output)
+    reroute(tree, output.links[0])
+    assert list(drawn(scene)) == pytest.approx(expected, rel=ROUND)
+    world.get_output_node("ALL").inputs["Surface"].links[0].is_muted = True
+    assert max(drawn(scene)) == 0.0
+
+
 def test_white_coat_and_scattering_return_the_whole_world() -> None:
     scene = empty_scene(16)
     shown = materials.create("Furnace", SUBSURFACE, Color=(1.0, 1.0, 1.0, 1.0), Subsurface=0.6, Specular=1.0, Model="Lambert")

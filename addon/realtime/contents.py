@@ -8,6 +8,7 @@ import bpy
 
 from mathutils import Matrix
 
+from ..usd.read import Names, feeding, read_color, read_input
 from ..usd.surface import Rgb
 from .lamps import Lamp, lamp_of
 from .layers import Layer
@@ -196,8 +197,11 @@ def _radiance(world: bpy.types.World | None) -> Rgb:
     if world is None:
         return BLACK
     output = world.node_tree.get_output_node("ALL") if world.node_tree else None
-    link = next(iter(output.inputs["Surface"].links), None) if output else None
-    if link is None or link.from_node.type != "BACKGROUND":
-        return BLACK if output else tuple(world.color)
-    color, strength = (link.from_node.inputs[name].default_value for name in ("Color", "Strength"))
+    if output is None:
+        return tuple(world.color)
+    socket = feeding(output.inputs["Surface"])
+    if socket is None or socket.node.type != "BACKGROUND" or socket.node.mute:
+        return BLACK
+    names, inputs = Names(str, str), socket.node.inputs
+    (color, _), (strength, _) = read_color(inputs["Color"], names), read_input(inputs["Strength"], names)
     return color[0] * strength, color[1] * strength, color[2] * strength
