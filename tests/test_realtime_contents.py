@@ -14,7 +14,7 @@ from mathutils import Matrix, Vector
 
 from true_diffuse.addon import materials
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.addon.realtime import contents, drawing, laws, program, shadows
+from true_diffuse.addon.realtime import contents, drawing, extent, laws, meshes, program, shadows
 from true_diffuse.addon.realtime.view import View
 
 WIDTH, HEIGHT = 48, 32
@@ -445,6 +445,68 @@ def test_view_that_turns_sends_no_mesh_and_compiles_nothing(stage: Stage, sent: 
         stage.painter.begin(turned)
         stage.painter.add(turned, 0, 0.0, BLACK)
     assert sent["meshes"] == sent["programs"] == 0
+
+
+# ---- where everything is
+
+
+class Hull:
+    """What of a mesh its extent asks for."""
+
+    def __init__(self, hull: list[meshes.Point]) -> None:
+        self.hull = hull
+
+
+def boxes(count: int, turn: Matrix) -> list[contents.Part]:
+    """Return parts on a lattice 2 apart, turned, each of the 12 triangles of a box."""
+    hull = Hull(meshes.box((-0.5, -0.3, -0.1), (0.5, 0.3, 0.1)))
+    at = [Matrix.Translation((2.0 * (k % 8), 2.0 * (k // 8 % 8), 2.0 * (k // 64))) for k in range(count)]
+    return [contents.Part(hull, 0, 0, turn @ place, number, True, number % 2 == 0) for number, place in enumerate(at)]
+
+
+@pytest.mark.parametrize("count", (1, 20, 33, 500))
+def test_extent_holds_all_and_is_small(count: int) -> None:
+    parts = boxes(count, Matrix.Rotation(0.4, 4, "Y") @ Matrix.Rotation(0.3, 4, "X"))
+    made = extent.Extent(parts)
+    corners = {part.number: [part.matrix @ Vector(point) for point in set(part.mesh.hull)] for part in parts}
+
+    def ranges(points: list[Vector]) -> list[tuple[Vector, Vector]]:
+        """Return the lowest and highest coordinates of each box, of 12 triangles."""
+        groups = [list(zip(*points[at : at + 36], strict=True)) for at in range(0, len(points), 36)]
+        return [(Vector(map(min, axes)), Vector(map(max, axes))) for axes in groups]
+
+    def hold(found: list[tuple[Vector, Vector]], chosen: list[contents.Part]) -> bool:
+        near = 1e-5  # of numbers of 32 bits up to 30
+        return all(
+            any(all(low[k] - near <= corner[k] <= high[k] + near for k in range(3)) for low, high in found)
+            for part in chosen
+            for corner in corners[part.number]
+        )
+
+    everything = View(Matrix.Diagonal((0.01, 0.01, 0.01, 1.0)), Vector((0.0, 0.0, 1.0)), False, WIDTH, HEIGHT)
+    found, casting = ranges(made.seen(everything)), ranges(made.casters)
+    assert hold(found, parts) and hold(casting, [part for part in parts if part.casts])
+    assert len(found) <= 32 and len(casting) <= 32  # as many boxes as can be cut for each view
+    assert not hold(found[1:], parts)
+    # A part of the picture: within it, and as far as what is there.
+    view = View(Matrix.Diagonal((0.5, 0.5, 0.01, 1.0)), Vector((0.0, 0.0, 1.0)), False, WIDTH, HEIGHT)
+    shown = [(view.projection @ corner, corner) for corner in made.seen(view)]
+    inside = [corner for part in parts for corner in corners[part.number] if max(map(abs, (view.projection @ corner)[:2])) <= 1.0]
+    assert shown and all(max(map(abs, clip)) <= 1.0 + 1e-5 for clip, _ in shown)
+    for k in range(3):
+        assert min(corner[k] for _, corner in shown) - 1e-5 <= min(corner[k] for corner in inside)
+        assert max(corner[k] for _, corner in shown) + 1e-5 >= max(corner[k] for corner in inside)
+
+
+@pytest.mark.render
+def test_view_that_turns_asks_no_part_where_it_is(stage: Stage, monkeypatch) -> None:
+    stage.assert_as_new()
+    monkeypatch.setattr(drawing, "Extent", None)
+    turned = View(Matrix.Diagonal((3.0, 3.0, 1.0, 1.0)) @ ABOVE.projection, ABOVE.eye, False, WIDTH, HEIGHT)
+    tiles = stage.painter._shadowed
+    stage.painter.begin(turned)
+    assert stage.painter._shadowed != tiles
+    monkeypatch.undo()
 
 
 # ---- variants

@@ -8,7 +8,7 @@ import bpy
 
 from mathutils import Matrix
 
-from ..usd.read import Names, feeding, read_color, read_input
+from ..usd.read import Names, feeding, read_color, read_number
 from ..usd.surface import Rgb
 from .lamps import Lamp, lamp_of
 from .layers import Layer
@@ -203,5 +203,6 @@ def _radiance(world: bpy.types.World | None) -> Rgb:
     if socket is None or socket.node.type != "BACKGROUND" or socket.node.mute:
         return BLACK
     names, inputs = Names(str, str), socket.node.inputs
-    (color, _), (strength, _) = read_color(inputs["Color"], names), read_input(inputs["Strength"], names)
+    color, _ = read_color(inputs["Color"], names)
+    strength = read_number(inputs["Strength"], names)
     return color[0] * strength, color[1] * strength, color[2] * strength

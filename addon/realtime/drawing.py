@@ -14,6 +14,7 @@ from ..glsl import triangle
 from . import lamps as lamp_data
 from . import shadows
 from .contents import Contents, Part
+from .extent import Extent
 from .materials import Look, Texture
 from .program import Program, Variant, shadow, structs, surface, whole
 from .view import View, offset
@@ -85,7 +86,7 @@ def add_shader() -> gpu.types.GPUShader:
 
 @cache
 def show_shader() -> gpu.types.GPUShader:
-    return compiled(whole("show", {"sum_map": "FLOAT_2D"}, {"weight": "FLOAT"}))
+    return compiled(whole("show", {"sum_map": "FLOAT_2D"}, {"weight": "FLOAT", "corner": "VEC2"}))
 
 
 def forget_shaders() -> None:
@@ -139,6 +140,7 @@ class Painter:
         self._shadow_map: gpu.types.GPUTexture | None = None
         self._shadowed: list[shadows.Tile] | None = None
         self._parts: list[Part] = []
+        self._extent: Extent | None = None
         self._order: list[tuple[Variant, Look, list[Part]]] = []
         self._samples = 0
 
@@ -156,7 +158,7 @@ class Painter:
         self.notes = []
         self._images = {texture: self._image(texture, BLANK[name]) for look in looks for name, texture in look.textures.items()}
         if contents.parts is not self._parts:  # the lamps may be others, too
-            self._parts, self._shadowed = contents.parts, None
+            self._parts, self._shadowed, self._extent = contents.parts, None, None
             self._lamps = _block(lamp_data.packed(contents.lamps))
         parts: dict[Look, list[Part]] = {look: [] for look in looks}
         for part in contents.parts:
@@ -207,19 +209,23 @@ class Painter:
             self._covering.draw(shader)
             gpu.state.blend_set("NONE")
 
-    def show_blended(self) -> None:
-        """Draw the picture so far over what the window has."""
+    def show_blended(self, x: int, y: int) -> None:
+        """Draw the picture so far over what the window has, its corner at the bottom left at `x`, `y` [pixels]."""
+        left, bottom, width, height = gpu.state.viewport_get()
+        gpu.state.viewport_set(left + x, bottom + y, self._targets.width, self._targets.height)
         gpu.state.blend_set("ALPHA_PREMULT")
-        self.show()
+        self.show(left + x, bottom + y)
         gpu.state.blend_set("NONE")
+        gpu.state.viewport_set(left, bottom, width, height)
 
-    def show(self) -> None:
-        """Draw the picture so far into the bound framebuffer."""
+    def show(self, x: int = 0, y: int = 0) -> None:
+        """Draw the picture so far into the bound framebuffer, to whose viewport it is fit, with a corner at `x`, `y` [pixels]."""
         with IN_USE:
             shader = show_shader()
             shader.bind()
             shader.uniform_sampler("sum_map", self._targets.sum)
             shader.uniform_float("weight", 1.0 / self._samples)
+            shader.uniform_float("corner", (x, y))
             self._covering.draw(shader)
             gpu.shader.unbind()  # else Blender keeps what forget_shaders frees
 
@@ -237,7 +243,9 @@ class Painter:
         """Draw the shadow maps, unless they are as they were."""
         if not self.contents.light().shadows:
             return
-        tiles = shadows.tiles(self.contents.lamps, self.contents.parts, view)
+        if self._extent is None:
+            self._extent = Extent(self.contents.parts)
+        tiles = shadows.tiles(self.contents.lamps, self._extent, view)
         if tiles == self._shadowed:
             return
         self._shadowed = tiles

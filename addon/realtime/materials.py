@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import bpy
 
 from ..nodes import SPECULAR_GROUP, SUBSURFACE
-from ..usd.read import DEFAULT_UV, Names, feeding, group_node, read, read_color, read_input
+from ..usd.read import DEFAULT_UV, Names, feeding, group_node, read, read_color, read_number
 from ..usd.surface import Attribute, Image, Rgb, Surface
 from . import blocks
 from .laws import LAMBERT, LAWS, SPECULAR, Law
@@ -154,9 +154,9 @@ def _normal_map(socket: bpy.types.NodeSocket, images: _Images) -> NormalMap | No
     node = output.node if output else None
     if node is None or node.bl_idname != "ShaderNodeNormalMap" or node.mute or node.space != "TANGENT":
         return None
-    _, source = read_input(node.inputs["Color"], images.names)
-    strength, _ = read_input(node.inputs["Strength"], images.names)
-    if not isinstance(source, Image) or source.factor != 1.0 or not isinstance(strength, float):
+    _, source = read_color(node.inputs["Color"], images.names)
+    if not isinstance(source, Image) or source.factor != 1.0:
         return None
+    strength = read_number(node.inputs["Strength"], images.names)
     down = -1.0 if node.convention == "DIRECTX" else 1.0
     return NormalMap(images.texture(source), (strength, strength * down), node.uv_map or DEFAULT_UV)

@@ -2,7 +2,7 @@
 """Meshes on the driver: one buffer of positions and normals, indices for each material slot, other layers on demand."""
 
 from array import array
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain, compress
 
 import bpy
@@ -121,7 +121,12 @@ def _hull(positions: array[float], placed: Floats, triangles: array[int]) -> lis
         return [(placed[3 * corner], placed[3 * corner + 1], placed[3 * corner + 2]) for corner in triangles]
     axes = [positions[axis::3] for axis in range(3)]
     ranges = [(min(values), max(values)) for values in ([x for x in axis if abs(x) < LARGEST] for axis in axes)]
-    (x0, x1), (y0, y1), (z0, z1) = ranges
-    box = [(x, y, z) for x in (x0, x1) for y in (y0, y1) for z in (z0, z1)]
+    return box([low for low, _ in ranges], [high for _, high in ranges])
+
+
+def box(low: Sequence[float], high: Sequence[float]) -> list[Point]:
+    """Return the corners of the 12 triangles of a box."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    corners = [(x, y, z) for x in (x0, x1) for y in (y0, y1) for z in (z0, z1)]
     faces = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-    return [box[corner] for a, b, c, d in faces for corner in (a, b, c, a, c, d)]
+    return [corners[corner] for a, b, c, d in faces for corner in (a, b, c, a, c, d)]

@@ -103,6 +103,14 @@ def read_input(socket: bpy.types.NodeSocket, names: Names) -> tuple[Setting, Sou
         return own, None
 
 
+def read_number(socket: bpy.types.NodeSocket, names: Names) -> float:
+    """Return a number's socket's value, or that of the constant which feeds it."""
+    value, _ = read_input(socket, names)
+    if not isinstance(value, (int, float)):
+        raise TypeError(f"{socket.name} is {value!r}, not a number")
+    return float(value)
+
+
 def read_color(socket: bpy.types.NodeSocket, names: Names) -> tuple[Rgb, Source | None]:
     """Return what read_input does of a color socket."""
     value, source = read_input(socket, names)
