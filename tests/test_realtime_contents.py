@@ -14,7 +14,7 @@ from mathutils import Matrix, Vector
 
 from true_diffuse.addon import materials
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.addon.realtime import contents, drawing, laws, program, shadows
+from true_diffuse.addon.realtime import contents, drawing, extent, laws, meshes, program, shadows
 from true_diffuse.addon.realtime.view import View
 
 WIDTH, HEIGHT = 48, 32
@@ -36,6 +36,7 @@ def driver(request, eevee_runs_here: bool) -> None:
 def add(x: float, z: float = 0.0, size: float = 1.5) -> bpy.types.Object:
     mesh = bpy.data.meshes.new("Square")
     mesh.from_pydata([(-size, -size, 0.0), (size, -size, 0.0), (size, size, 0.0), (-size, size, 0.0)], [], [(0, 1, 2, 3)])
+    mesh.uv_layers.new(name="UVMap")
     item = bpy.data.objects.new("Square", mesh)
     item.location = (x, 0.0, z)
     bpy.context.scene.collection.objects.link(item)
@@ -225,6 +226,27 @@ def color_no_longer_from_attribute(stage: Stage) -> None:
     tree.links.remove(stage.group(1).inputs["Color"].links[0])
 
 
+def normals_mapped(stage: Stage) -> None:
+    image = bpy.data.images.new("Normals", 1, 1, float_buffer=True, is_data=True)
+    image.pixels[:] = (0.75, 0.625, 0.875, 1.0)
+    tree = stage.materials[1].node_tree
+    texture, node = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeNormalMap")
+    texture.image = image
+    tree.links.new(texture.outputs["Color"], node.inputs["Color"])
+    tree.links.new(node.outputs["Normal"], stage.group(1).inputs["Normal"])
+
+
+def normals_mapped_less(stage: Stage) -> None:
+    normals_mapped(stage)
+    bpy.context.view_layer.update()
+    next(node for node in stage.materials[1].node_tree.nodes if node.type == "NORMAL_MAP").inputs["Strength"].default_value = 0.3
+
+
+def normals_mapped_in_edit_mode(stage: Stage) -> None:
+    normals_mapped(stage)
+    in_edit_mode(stage)
+
+
 def driven(stage: Stage) -> None:
     """Sigma by an object's place."""
     driver = stage.group(1).inputs["Roughness"].driver_add("default_value").driver
@@ -312,6 +334,9 @@ EDITS = {
     other_material_of_the_object: None,
     color_no_longer_from_attribute: None,
     color_from_attribute: 1,  # the mesh has a new attribute
+    normals_mapped: 0,
+    normals_mapped_less: 0,
+    normals_mapped_in_edit_mode: None,
     driven: 0,
     another_frame: 0,
     override: 0,
@@ -422,6 +447,68 @@ def test_view_that_turns_sends_no_mesh_and_compiles_nothing(stage: Stage, sent: 
     assert sent["meshes"] == sent["programs"] == 0
 
 
+# ---- where everything is
+
+
+class Hull:
+    """What of a mesh its extent asks for."""
+
+    def __init__(self, hull: list[meshes.Point]) -> None:
+        self.hull = hull
+
+
+def boxes(count: int, turn: Matrix) -> list[contents.Part]:
+    """Return parts on a lattice 2 apart, turned, each of the 12 triangles of a box."""
+    hull = Hull(meshes.box((-0.5, -0.3, -0.1), (0.5, 0.3, 0.1)))
+    at = [Matrix.Translation((2.0 * (k % 8), 2.0 * (k // 8 % 8), 2.0 * (k // 64))) for k in range(count)]
+    return [contents.Part(hull, 0, 0, turn @ place, number, True, number % 2 == 0) for number, place in enumerate(at)]
+
+
+@pytest.mark.parametrize("count", (1, 20, 33, 500))
+def test_extent_holds_all_and_is_small(count: int) -> None:
+    parts = boxes(count, Matrix.Rotation(0.4, 4, "Y") @ Matrix.Rotation(0.3, 4, "X"))
+    made = extent.Extent(parts)
+    corners = {part.number: [part.matrix @ Vector(point) for point in set(part.mesh.hull)] for part in parts}
+
+    def ranges(points: list[Vector]) -> list[tuple[Vector, Vector]]:
+        """Return the lowest and highest coordinates of each box, of 12 triangles."""
+        groups = [list(zip(*points[at : at + 36], strict=True)) for at in range(0, len(points), 36)]
+        return [(Vector(map(min, axes)), Vector(map(max, axes))) for axes in groups]
+
+    def hold(found: list[tuple[Vector, Vector]], chosen: list[contents.Part]) -> bool:
+        near = 1e-5  # of numbers of 32 bits up to 30
+        return all(
+            any(all(low[k] - near <= corner[k] <= high[k] + near for k in range(3)) for low, high in found)
+            for part in chosen
+            for corner in corners[part.number]
+        )
+
+    everything = View(Matrix.Diagonal((0.01, 0.01, 0.01, 1.0)), Vector((0.0, 0.0, 1.0)), False, WIDTH, HEIGHT)
+    found, casting = ranges(made.seen(everything)), ranges(made.casters)
+    assert hold(found, parts) and hold(casting, [part for part in parts if part.casts])
+    assert len(found) <= 32 and len(casting) <= 32  # as many boxes as can be cut for each view
+    assert not hold(found[1:], parts)
+    # A part of the picture: within it, and as far as what is there.
+    view = View(Matrix.Diagonal((0.5, 0.5, 0.01, 1.0)), Vector((0.0, 0.0, 1.0)), False, WIDTH, HEIGHT)
+    shown = [(view.projection @ corner, corner) for corner in made.seen(view)]
+    inside = [corner for part in parts for corner in corners[part.number] if max(map(abs, (view.projection @ corner)[:2])) <= 1.0]
+    assert shown and all(max(map(abs, clip)) <= 1.0 + 1e-5 for clip, _ in shown)
+    for k in range(3):
+        assert min(corner[k] for _, corner in shown) - 1e-5 <= min(corner[k] for corner in inside)
+        assert max(corner[k] for _, corner in shown) + 1e-5 >= max(corner[k] for corner in inside)
+
+
+@pytest.mark.render
+def test_view_that_turns_asks_no_part_where_it_is(stage: Stage, monkeypatch) -> None:
+    stage.assert_as_new()
+    monkeypatch.setattr(drawing, "Extent", None)
+    turned = View(Matrix.Diagonal((3.0, 3.0, 1.0, 1.0)) @ ABOVE.projection, ABOVE.eye, False, WIDTH, HEIGHT)
+    tiles = stage.painter._shadowed
+    stage.painter.begin(turned)
+    assert stage.painter._shadowed != tiles
+    monkeypatch.undo()
+
+
 # ---- variants
 
 
@@ -430,7 +517,8 @@ def variants(law: laws.Law = laws.LAMBERT, kinds: frozenset[str] = frozenset(("S
     scatterings = ((False, False), (False, True), (True, True))
     either = (False, True)
     for has_shadows, ambient, coat, paint, scattering in product(either, either, either, program.Paint, scatterings):
-        yield program.Variant(law, paint, coat, *scattering, program.Light(kinds, has_shadows, ambient))
+        relief = program.Relief.TANGENT if has_shadows != coat else program.Relief.NOTHING  # with each of the others
+        yield program.Variant(law, paint, coat, *scattering, program.Light(kinds, has_shadows, ambient), relief)
 
 
 def chosen(**names: bool) -> set[str]:
@@ -458,13 +546,16 @@ def test_what_a_scene_does_not_need_is_not_in_its_shader() -> None:
             "SCATTERING": variant.scattering,
             "COLOR_ATTRIBUTE": variant.paint is program.Paint.ATTRIBUTE,
             "COLOR_IMAGE": variant.paint is program.Paint.IMAGE,
+            "NORMAL_MAP": bool(variant.relief),
         }
         assert defined == chosen(**needed)
         assert re.findall(r"^#define (SUN|POINT|SPOT|AREA) ", made.fragment, re.MULTILINE) == ["SUN"]
-        assert set(made.samplers) == chosen(shadow_map=light.shadows, color_image=needed["COLOR_IMAGE"])
+        mapped = needed["NORMAL_MAP"]
+        assert set(made.samplers) == chosen(shadow_map=light.shadows, color_image=needed["COLOR_IMAGE"], relief_image=mapped)
         assert ("shadows" in made.blocks) == light.shadows
         assert len(made.outputs) == (4 if variant.scattering else 1)
-        assert set(made.attributes) - {"position", "normal"} == chosen(color=needed["COLOR_ATTRIBUTE"], uv=needed["COLOR_IMAGE"])
+        layers = chosen(color=needed["COLOR_ATTRIBUTE"], uv=needed["COLOR_IMAGE"], relief_uv=mapped, tangent=mapped)
+        assert set(made.attributes) - {"position", "normal"} == layers
 
 
 @pytest.mark.render

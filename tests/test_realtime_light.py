@@ -301,6 +301,45 @@ def test_world_is_reflected_by_the_directional_albedo(name: str) -> None:
             assert got[3 * pixel + channel] == pytest.approx(expected, abs=light * color * FITTED[name] + ROUND)
 
 
+def reroute(tree: bpy.types.NodeTree, link: bpy.types.NodeLink) -> None:
+    """Lay a link over two reroutes."""
+    source, target = link.from_socket, link.to_socket
+    for _ in range(2):
+        node = tree.nodes.new("NodeReroute")
+        tree.links.new(source, node.inputs[0])
+        source = node.outputs[0]
+    tree.links.new(source, target)
+
+
+def test_world_and_materials_are_found_behind_reroutes_and_constants() -> None:
+    """A square of twice WORLD's light on Lambert's material of ours, then on another's, then none where a link is muted."""
+    scene = empty_scene(4)
+    shown = material("Lambert")
+    add(scene, square(9.0, shown))
+    camera(scene, EYE, Vector())
+    give_world(scene)
+    world, tree = scene.world.node_tree, shown.node_tree
+    background = next(node for node in world.nodes if node.type == "BACKGROUND")
+    color, strength = world.nodes.new("ShaderNodeRGB"), world.nodes.new("ShaderNodeValue")
+    color.outputs[0].default_value, strength.outputs[0].default_value = (*WORLD, 1.0), 2.0
+    background.inputs["Color"].default_value = (1.0, 0.0, 1.0, 1.0)
+    world.links.new(color.outputs[0], background.inputs["Color"])
+    world.links.new(strength.outputs[0], background.inputs["Strength"])
+    for part in (world, tree):
+        for link in list(part.links):
+            reroute(part, link)
+    expected = [2.0 * light * own for light, own in zip(WORLD, COLOR, strict=True)] * 16
+    assert list(drawn(scene)) == pytest.approx(expected, rel=ROUND)
+    principled = tree.nodes.new("ShaderNodeBsdfPrincipled")
+    principled.inputs["Base Color"].default_value = (*COLOR, 1.0)
+    output = tree.get_output_node("ALL").inputs["Surface"]
+    tree.links.new(principled.outputs[0], output)
+    reroute(tree, output.links[0])
+    assert list(drawn(scene)) == pytest.approx(expected, rel=ROUND)
+    world.get_output_node("ALL").inputs["Surface"].links[0].is_muted = True
+    assert max(drawn(scene)) == 0.0
+
+
 def test_white_coat_and_scattering_return_the_whole_world() -> None:
     scene = empty_scene(16)
     shown = materials.create("Furnace", SUBSURFACE, Color=(1.0, 1.0, 1.0, 1.0), Subsurface=0.6, Specular=1.0, Model="Lambert")
@@ -495,3 +534,163 @@ def test_image_is_read_in_its_color_space(is_float: bool) -> None:
     mesh.uv_layers.new(name="UVMap")
     decoded = (0.5, 0.25, 0.75) if is_float else (0.2140, 0.0509, 0.5225)
     assert floor_color(shown, mesh) == pytest.approx(decoded, abs=1e-3 if is_float else 0.004)
+
+
+# ---- normal maps
+
+TILT = (0.75, 0.625, 0.875)  # a color, of (0.5, 0.25, 0.75) in tangent space
+HEXAGON = [(3.0 * math.cos(k * math.pi / 3.0), 3.0 * math.sin(k * math.pi / 3.0), 0.0) for k in range(6)]
+BUMPS = 0.3  # the steepest slope of a bumpy map along u and v
+
+
+def flat(color: Sequence[float] = TILT) -> bpy.types.Image:
+    return picture_of(2, [color] * 4)
+
+
+def picture_of(size: int, colors: Sequence[Sequence[float]]) -> bpy.types.Image:
+    image = bpy.data.images.new("Normals", size, size, float_buffer=True, is_data=True)
+    image.pixels[:] = [channel for color in colors for channel in (*color, 1.0)]
+    image.update()
+    return image
+
+
+def bumpy(size: int = 64) -> bpy.types.Image:
+    def color(x: int, y: int) -> Vector:
+        slopes = Vector((math.sin(6.0 * math.pi * (x + 0.5) / size), math.cos(4.0 * math.pi * (y + 0.5) / size), 0.0))
+        return (BUMPS * slopes + Vector(UP)).normalized() * 0.5 + Vector((0.5, 0.5, 0.5))
+
+    return picture_of(size, [color(x, y) for y in range(size) for x in range(size)])
+
+
+def map_normals(shown: bpy.types.Material, image: bpy.types.Image | None, node: str = ROUGH_DIFFUSE.name) -> bpy.types.Node:
+    """Feed the Normal of a material's `node` by a map, and return its Normal Map node."""
+    nodes, links = shown.node_tree.nodes, shown.node_tree.links
+    texture, made = nodes.new("ShaderNodeTexImage"), nodes.new("ShaderNodeNormalMap")
+    texture.image = image
+    links.new(texture.outputs["Color"], made.inputs["Color"])
+    links.new(made.outputs["Normal"], nodes[node].inputs["Normal"])
+    shown.cycles.use_bump_map_correction = False  # which dims light at grazing angles, in Cycles alone
+    return made
+
+
+def placed(corners: Sequence[Sequence[float]], turn: Matrix, shown: bpy.types.Material) -> bpy.types.Mesh:
+    """Return a face whose UV map is that of the plane, a unit to a meter, turned and mirrored by `turn`."""
+    mesh = bpy.data.meshes.new("Face")
+    mesh.from_pydata(corners, [], [range(len(corners))])
+    mesh.materials.append(shown)
+    for place, corner in zip(mesh.uv_layers.new(name="UVMap").uv, corners, strict=True):
+        place.vector = (turn @ Vector(corner)).to_2d()
+    return mesh
+
+
+SQUARE = [(-9.0, -9.0, 0.0), (9.0, -9.0, 0.0), (9.0, 9.0, 0.0), (-9.0, 9.0, 0.0)]
+MIRROR = Matrix.Diagonal((1.0, -1.0, 1.0))
+TURN = Matrix.Rotation(0.7, 3, "Z")
+# For each: corners, UV map, convention, strength, and the normal that the floor should have.
+FLOORS = {
+    "square": (SQUARE, Matrix.Identity(3), "OPENGL", 1.0, Vector((0.5, 0.25, 0.75))),
+    "face of six corners": (HEXAGON, Matrix.Identity(3), "OPENGL", 1.0, Vector((0.5, 0.25, 0.75))),
+    "turned": (SQUARE, TURN, "OPENGL", 1.0, TURN.transposed() @ Vector((0.5, 0.25, 0.75))),
+    "mirrored": (SQUARE, MIRROR, "OPENGL", 1.0, Vector((0.5, -0.25, 0.75))),
+    "DirectX": (SQUARE, Matrix.Identity(3), "DIRECTX", 1.0, Vector((0.5, -0.25, 0.75))),
+    "weak": (SQUARE, Matrix.Identity(3), "OPENGL", 0.5, Vector((0.25, 0.125, 0.875))),
+    "strong": (SQUARE, Matrix.Identity(3), "OPENGL", 1.5, Vector((0.75, 0.375, 0.75))),
+}
+
+
+@pytest.mark.parametrize("name", FLOORS)
+def test_map_of_one_color_is_a_plane_of_that_normal(name: str) -> None:
+    """Numbers of 16 bits hold TILT. A strength multiplies what is along the surface; below 1 the rest goes that part from 1."""
+    corners, turn, convention, strength, normal = FLOORS[name]
+    shown = material("Oren-Nayar")
+    node = map_normals(shown, flat())
+    node.convention, node.inputs["Strength"].default_value = convention, strength
+    scene = empty_scene()
+    add(scene, placed(corners, turn, shown))
+    camera(scene, Vector((0.2, -0.5, 2.0)), Vector())
+    light = Vector((0.3, 0.2, 1.0)).normalized()
+    lamp(scene, "SUN", looking(light, Vector()), energy=1.0, angle=0.0, use_shadow=False)
+    eye, n = scene.camera.matrix_world.translation, tuple(normal.normalized())
+    model = MODELS["Oren-Nayar"][0]
+    views = [tuple((eye - at).normalized()) for at in floor_points(scene)]
+    expected = [model.radiance(n, tuple(light), v, color) for v in views for color in COLOR]
+    assert rms_error(drawn(scene), expected) < 2.0 * ROUND
+
+
+# A graphics driver in software filters textures to 8 bits: normals are off by up to 1 / 255 along each axis, and N.L, whose RMS is
+# 0.7 or more here, by up to sqrt(3) / 255.
+FILTERED = math.sqrt(3.0) / (255.0 * 0.7)
+
+
+@pytest.mark.parametrize("scale", ((1.0, 1.0, 1.0), (-1.2, 0.6, 0.8)))
+def test_bumpy_square_is_as_in_cycles(scale: tuple[float, float, float]) -> None:
+    shown = material("Lambert")
+    map_normals(shown, bumpy())
+    scene = empty_scene(48)
+    turn = Matrix.Rotation(0.3, 4, "X") @ Matrix.Diagonal((*scale, 1.0))
+    mesh = placed([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.2), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.3)], TURN, shown)
+    mesh.shade_smooth()
+    add(scene, mesh, turn)
+    camera(scene, Vector((0.2, -0.5, 3.0)), Vector(), 120.0)
+    lamp(scene, "SUN", looking(Vector((1.0, -0.5, 2.0)), Vector()), energy=3.0, angle=0.0, use_shadow=False)
+    assert rms_error(drawn(scene), drawn(scene, engines.CYCLES)) < FILTERED
+
+
+def test_bumpy_ball_is_as_in_cycles() -> None:
+    """Its front, of faces of four corners, with tangents that turn within them."""
+    shown = material("Lambert")
+    map_normals(shown, bumpy())
+    mesh, solid = bpy.data.meshes.new("Ball"), bmesh.new()
+    bmesh.ops.create_uvsphere(solid, u_segments=16, v_segments=8, radius=1.0, calc_uvs=True)
+    solid.to_mesh(mesh)
+    solid.free()
+    for place, corner in zip(mesh.uv_layers.new(name="UVMap").uv, mesh.loops, strict=True):
+        x, y, z = mesh.vertices[corner.vertex_index].co
+        place.vector = (math.atan2(x, -y) / math.pi, z)
+    mesh.shade_smooth()
+    mesh.materials.append(shown)
+    scene = empty_scene(48)
+    add(scene, mesh)
+    camera(scene, Vector((0.1, -4.0, 0.1)), Vector(), 160.0)
+    lamp(scene, "SUN", looking(Vector((1.0, -2.0, 1.0)), Vector()), energy=3.0, angle=0.0, use_shadow=False)
+    assert rms_error(drawn(scene), drawn(scene, engines.CYCLES)) < FILTERED
+
+
+def test_no_light_comes_through_a_surface_whose_normal_is_turned_towards_it() -> None:
+    shown = material("Lambert")
+    map_normals(shown, flat((1.0, 0.5, 0.5)))  # along x
+    scene = empty_scene(8)
+    add(scene, placed(SQUARE, Matrix.Identity(3), shown))
+    camera(scene, Vector((0.5, 0.0, 2.0)), Vector((0.5, 0.0, 0.0)))
+    light = lamp(scene, "SUN", looking(Vector((1.0, 0.0, -0.5)), Vector()), energy=3.0, angle=0.0, use_shadow=False)
+    assert max(drawn(scene)) == 0.0
+    light.matrix_world = looking(Vector((1.0, 0.0, 0.5)), Vector())
+    assert min(drawn(scene)) > 0.0
+
+
+def tilted_floor(shown: bpy.types.Material) -> float:
+    """Return N.L of a white floor."""
+    shown.use_fake_user = True
+    return floor_color(shown, placed(SQUARE, Matrix.Identity(3), shown))[0]
+
+
+def test_normals_of_other_materials_are_mapped() -> None:
+    principled = bpy.data.materials.new("Principled")
+    node = next(node for node in principled.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    node.inputs["Base Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    map_normals(principled, flat(), node.name)
+    assert tilted_floor(principled) == pytest.approx(Vector((0.5, 0.25, 0.75)).normalized().z, rel=ROUND)
+
+
+def test_map_that_cannot_be_drawn_leaves_the_surface_as_it_is() -> None:
+    """One without an image, with another mesh's UV map, in another space, and a muted one."""
+    for change in (
+        lambda node: setattr(node.inputs["Color"].links[0].from_node, "image", None),
+        lambda node: setattr(node, "uv_map", "Another"),
+        lambda node: setattr(node, "space", "WORLD"),
+        lambda node: setattr(node, "mute", True),
+    ):
+        shown = materials.create("White", ROUGH_DIFFUSE, Color=(1.0, 1.0, 1.0, 1.0), Model="Lambert")
+        change(map_normals(shown, flat()))
+        assert tilted_floor(shown) == pytest.approx(1.0, rel=ROUND)
+        bpy.ops.wm.read_factory_settings(use_empty=True)

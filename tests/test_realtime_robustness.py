@@ -292,7 +292,10 @@ class Window:
         gpu.init()
         region = SimpleNamespace(width=width, height=HEIGHT)
         seen = SimpleNamespace(
-            view_matrix=Matrix(), perspective_matrix=Matrix.Diagonal((0.5, 0.75, -0.01, 1.0)), is_perspective=False
+            view_matrix=Matrix(),
+            perspective_matrix=Matrix.Diagonal((0.5, 0.75, -0.01, 1.0)),
+            is_perspective=False,
+            view_perspective="ORTHO",
         )
         area = next(area for screen in bpy.data.screens for area in screen.areas if area.type == "VIEW_3D")
         self.context = SimpleNamespace(region=region, region_data=seen, space_data=area.spaces.active, area=area)
@@ -367,6 +370,53 @@ def test_viewport_too_large_for_the_driver_is_drawn_once_it_is_smaller(stage: St
     assert window.reports == [f"The graphics driver has no room for a picture of 65536 x {HEIGHT} pixels"]
     window.context.region.width = WIDTH
     assert window.draw() == pytest.approx(LIT, rel=2e-6)
+
+
+def lit_pixels(window: Window) -> tuple[int, int, int, int]:
+    """Draw; return the lit rectangle's left, bottom, right and top in pixels, and assert that it is lit all over."""
+    window.draw()
+    rows = window.target.read().to_list()
+    lit = {(x, y) for y, row in enumerate(rows) for x, pixel in enumerate(row) if pixel[0] == pytest.approx(LIT, rel=2e-6)}
+    dark = {(x, y) for y, row in enumerate(rows) for x, pixel in enumerate(row) if pixel[3] == 0.0}
+    left, bottom, right, top = (pick(at[k] for at in lit) for pick, k in ((min, 0), (min, 1), (max, 0), (max, 1)))
+    assert len(lit) == (right + 1 - left) * (top + 1 - bottom) and len(lit) + len(dark) == WIDTH * HEIGHT
+    return left, bottom, right + 1, top + 1
+
+
+def test_viewport_draws_inside_its_render_border(stage: Stage) -> None:
+    stage.square(9.0)
+    window = Window(WIDTH)
+    window.update()
+    space = window.context.space_data
+    assert lit_pixels(window) == (0, 0, WIDTH, HEIGHT)
+    space.use_render_border = True
+    space.render_border_min_x, space.render_border_max_x = 0.25, 0.5
+    space.render_border_min_y, space.render_border_max_y = 0.5, 1.0
+    assert lit_pixels(window) == (WIDTH // 4, HEIGHT // 2, WIDTH // 2, HEIGHT)
+    stage.scene.render.use_border = True  # which is the camera's
+    assert lit_pixels(window) == (WIDTH // 4, HEIGHT // 2, WIDTH // 2, HEIGHT)
+    space.use_render_border = False
+    assert lit_pixels(window) == (0, 0, WIDTH, HEIGHT)
+
+
+def test_viewport_through_the_camera_draws_inside_its_border(stage: Stage) -> None:
+    """The window shows 4 m across 48 pixels, and 8 / 3 m along 32; the camera's frame in it is 2 m by 1.5 m: 24 by 18 pixels."""
+    stage.square(9.0)
+    window = Window(WIDTH)
+    window.update()
+    window.context.region_data.view_perspective = "CAMERA"
+    stage.camera.data.ortho_scale = 2.0
+    render = stage.scene.render
+    render.resolution_x, render.resolution_y = 400, 300
+    bpy.context.view_layer.update()
+    assert lit_pixels(window) == (0, 0, WIDTH, HEIGHT)
+    render.use_border = True
+    render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.25, 0.75, 0.5, 1.0
+    assert lit_pixels(window) == (12 + 6, 7 + 9, 12 + 18, 7 + 18)
+    stage.camera.location.x = 9.0  # its frame is not in the window
+    bpy.context.view_layer.update()
+    assert window.draw() == 0.0
+    assert window.reports == []
 
 
 def test_viewport_that_is_gone_is_not_drawn_again() -> None:
@@ -524,7 +574,7 @@ def test_images_that_are_missing_or_refused(stage: Stage, capfd, monkeypatch) ->
     monkeypatch.setattr(gpu.texture, "from_image", refuse)
     seen = stage.render()
     assert seen.at(-1.0) == gray(0.0) and seen.at(1.0) == gray(LIT)
-    assert warnings(capfd) == [f"The graphics driver has no room for {texture.image.name}, which is drawn black"]
+    assert warnings(capfd) == [f"The graphics driver has no room for {texture.image.name}, which is not drawn"]
 
 
 # ---- as many as there may be

@@ -21,9 +21,15 @@ def view(projection: Iterable[Iterable[float]], eye: Sequence[float], is_perspec
     return columns(projection) + struct.pack("8f", *eye, float(is_perspective), *world, 0.0)
 
 
-def material(color: Sequence[float], shape: Sequence[float], coat: Sequence[float], scattering: Sequence[float]) -> bytes:
+def material(
+    color: Sequence[float],
+    shape: Sequence[float],
+    coat: Sequence[float],
+    scattering: Sequence[float],
+    relief: tuple[float, float] = (0.0, 0.0),
+) -> bytes:
     """Return the struct Material; `shape` are the up to four numbers that a law folds, the others as materials.Look has them."""
-    return struct.pack("16f", *color, 1.0, *(*shape, 0.0, 0.0, 0.0, 0.0)[:4], *coat, 0.0, *scattering)
+    return struct.pack("16f", *color, relief[0], *(*shape, 0.0, 0.0, 0.0, 0.0)[:4], *coat, relief[1], *scattering)
 
 
 def lamp(

@@ -8,8 +8,10 @@ import bpy
 
 from mathutils import Matrix
 
+from ..usd.read import Names, feeding, read_color, read_number
 from ..usd.surface import Rgb
 from .lamps import Lamp, lamp_of
+from .layers import Layer
 from .materials import Look, look_of
 from .meshes import Mesh, is_sound
 from .program import MOST_LAMPS, Light, Variant
@@ -62,7 +64,8 @@ class Contents:
     @property
     def notes(self) -> list[str]:
         """What is not drawn as it should be."""
-        lacking = {look.texture.file for look in self.looks.values() if look.texture and look.lacks_image}
+        textures = (texture for look in self.looks.values() for texture in look.textures.values())
+        lacking = {texture.source.file for texture in textures if texture.is_lacking}
         return self._left_out + [f"{file} cannot be read" for file in sorted(lacking)]
 
     def light(self) -> Light:
@@ -71,7 +74,7 @@ class Contents:
 
     def variant(self, look: Look) -> Variant:
         """Return the shader that draws `look` here."""
-        return Variant(look.law, look.paint, look.coat[0] > 0.0, look.scatters, self.scatters, self.light())
+        return Variant(look.law, look.paint, look.coat[0] > 0.0, look.scatters, self.scatters, self.light(), look.relief)
 
     def update(self, depsgraph: bpy.types.Depsgraph, shows: Callable[[bpy.types.Object], bool] = lambda _: True) -> None:
         """Read what changed since the last time. `shows` says of an object whether a viewport does."""
@@ -99,7 +102,7 @@ class Contents:
             before = self.looks.get(material.session_uid)
             if before:
                 now = look_of(material.evaluated_get(depsgraph), meter)
-                if (now.paint, now.attribute) != (before.paint, before.attribute):
+                if now.layers != before.layers:
                     return False
                 self.looks[material.session_uid] = now
         return True
@@ -161,16 +164,16 @@ class Contents:
             if mesh.lost:
                 self._left_out.append(f"{mesh.lost} triangles of {item.name} are left out: their places are no numbers, or too far")
         self._owners[key] |= {item.original.session_uid, source.session_uid}
+        wanted: dict[int, tuple[Layer, ...]] = {}
         for slot in mesh.parts:
             material = override or _material(item, data, slot)
             uid = material.original.session_uid if material else NONE
             if uid not in self.looks:
                 self.looks[uid] = look_of(material, meter)
-            look = self.looks[uid]
-            mesh.prepare(data, slot, look.paint, look.attribute)
+            wanted[slot] = self.looks[uid].layers
             self.parts.append(Part(mesh, slot, uid, matrix, number, item.visible_camera, item.visible_shadow))
-        if is_made:
-            item.to_mesh_clear()
+        mesh.prepare(data, wanted, item.to_mesh)
+        item.to_mesh_clear()
 
 
 def _material(item: bpy.types.Object, mesh: bpy.types.Mesh, slot: int) -> bpy.types.Material | None:
@@ -194,8 +197,12 @@ def _radiance(world: bpy.types.World | None) -> Rgb:
     if world is None:
         return BLACK
     output = world.node_tree.get_output_node("ALL") if world.node_tree else None
-    link = next(iter(output.inputs["Surface"].links), None) if output else None
-    if link is None or link.from_node.type != "BACKGROUND":
-        return BLACK if output else tuple(world.color)
-    color, strength = (link.from_node.inputs[name].default_value for name in ("Color", "Strength"))
+    if output is None:
+        return tuple(world.color)
+    socket = feeding(output.inputs["Surface"])
+    if socket is None or socket.node.type != "BACKGROUND" or socket.node.mute:
+        return BLACK
+    names, inputs = Names(str, str), socket.node.inputs
+    color, _ = read_color(inputs["Color"], names)
+    strength = read_number(inputs["Strength"], names)
     return color[0] * strength, color[1] * strength, color[2] * strength

@@ -14,12 +14,14 @@ from ..glsl import triangle
 from . import lamps as lamp_data
 from . import shadows
 from .contents import Contents, Part
-from .materials import Look
-from .program import Paint, Program, Variant, shadow, structs, surface, whole
+from .extent import Extent
+from .materials import Look, Texture
+from .program import Program, Variant, shadow, structs, surface, whole
 from .view import View, offset
 
 EXTENSIONS = {"periodic": "REPEAT", "clamp": "EXTEND", "black": "CLAMP_TO_BORDER", "mirror": "MIRRORED_REPEAT"}
 CLEAR = (0.0, 0.0, 0.0, 0.0)
+BLANK = {"color_image": CLEAR, "relief_image": (0.5, 0.5, 1.0, 1.0)}  # what is drawn for images that cannot be: black, flat
 FAR = (1e30, 1e30, 1e30, 1e30)
 TURNS = (0.8191725133961645, 0.6710436067037893)  # a sequence that fills a square evenly, other than the one of view.offset
 
@@ -84,7 +86,7 @@ def add_shader() -> gpu.types.GPUShader:
 
 @cache
 def show_shader() -> gpu.types.GPUShader:
-    return compiled(whole("show", {"sum_map": "FLOAT_2D"}, {"weight": "FLOAT"}))
+    return compiled(whole("show", {"sum_map": "FLOAT_2D"}, {"weight": "FLOAT", "corner": "VEC2"}))
 
 
 def forget_shaders() -> None:
@@ -132,12 +134,13 @@ class Painter:
         self.contents = contents
         self._covering = triangle()
         self._looks: dict[Look, gpu.types.GPUUniformBuf] = {}
-        self._images: dict[Look, gpu.types.GPUTexture] = {}
+        self._images: dict[Texture, gpu.types.GPUTexture] = {}
         self.notes: list[str] = []
         self._kept: Targets | None = None
         self._shadow_map: gpu.types.GPUTexture | None = None
         self._shadowed: list[shadows.Tile] | None = None
         self._parts: list[Part] = []
+        self._extent: Extent | None = None
         self._order: list[tuple[Variant, Look, list[Part]]] = []
         self._samples = 0
 
@@ -153,9 +156,9 @@ class Painter:
         looks = dict.fromkeys(contents.looks.values())
         self._looks = {look: self._looks.get(look) or _block(look.packed()) for look in looks}
         self.notes = []
-        self._images = {look: self._image(look) for look in looks if look.paint is Paint.IMAGE}
+        self._images = {texture: self._image(texture, BLANK[name]) for look in looks for name, texture in look.textures.items()}
         if contents.parts is not self._parts:  # the lamps may be others, too
-            self._parts, self._shadowed = contents.parts, None
+            self._parts, self._shadowed, self._extent = contents.parts, None, None
             self._lamps = _block(lamp_data.packed(contents.lamps))
         parts: dict[Look, list[Part]] = {look: [] for look in looks}
         for part in contents.parts:
@@ -206,19 +209,23 @@ class Painter:
             self._covering.draw(shader)
             gpu.state.blend_set("NONE")
 
-    def show_blended(self) -> None:
-        """Draw the picture so far over what the window has."""
+    def show_blended(self, x: int, y: int) -> None:
+        """Draw the picture so far over what the window has, its corner at the bottom left at `x`, `y` [pixels]."""
+        left, bottom, width, height = gpu.state.viewport_get()
+        gpu.state.viewport_set(left + x, bottom + y, self._targets.width, self._targets.height)
         gpu.state.blend_set("ALPHA_PREMULT")
-        self.show()
+        self.show(left + x, bottom + y)
         gpu.state.blend_set("NONE")
+        gpu.state.viewport_set(left, bottom, width, height)
 
-    def show(self) -> None:
-        """Draw the picture so far into the bound framebuffer."""
+    def show(self, x: int = 0, y: int = 0) -> None:
+        """Draw the picture so far into the bound framebuffer, to whose viewport it is fit, with a corner at `x`, `y` [pixels]."""
         with IN_USE:
             shader = show_shader()
             shader.bind()
             shader.uniform_sampler("sum_map", self._targets.sum)
             shader.uniform_float("weight", 1.0 / self._samples)
+            shader.uniform_float("corner", (x, y))
             self._covering.draw(shader)
             gpu.shader.unbind()  # else Blender keeps what forget_shaders frees
 
@@ -236,7 +243,9 @@ class Painter:
         """Draw the shadow maps, unless they are as they were."""
         if not self.contents.light().shadows:
             return
-        tiles = shadows.tiles(self.contents.lamps, self.contents.parts, view)
+        if self._extent is None:
+            self._extent = Extent(self.contents.parts)
+        tiles = shadows.tiles(self.contents.lamps, self._extent, view)
         if tiles == self._shadowed:
             return
         self._shadowed = tiles
@@ -258,7 +267,7 @@ class Painter:
                     if part.casts:
                         shader.uniform_float("matrix", tile.matrix @ part.matrix)
                         look = self.contents.looks[part.material]
-                        part.mesh.batch(part.slot, look.paint, look.attribute).draw(shader)
+                        part.mesh.batch(part.slot, look.layers).draw(shader)
             self._shadow_target.viewport_set(0, 0, across, across)
 
     def _draw_surfaces(self, targets: Targets, view: View) -> None:
@@ -276,17 +285,17 @@ class Painter:
                 if variant.light.shadows:
                     shader.uniform_block("shadows", self._shadow_block)
                     shader.uniform_sampler("shadow_map", self._shadow_map)
-                if look.texture:
-                    # here, as the looks of an image share its texture
-                    self._images[look].extend_mode(EXTENSIONS[look.texture.wrap])
-                    shader.uniform_sampler("color_image", self._images[look])
+                for name, texture in look.textures.items():
+                    # here, as the textures of an image share it on the driver
+                    self._images[texture].extend_mode(EXTENSIONS[texture.source.wrap])
+                    shader.uniform_sampler(name, self._images[texture])
                 for part in parts:
                     shader.uniform_float("object_matrix", part.matrix)
                     with suppress(ValueError):  # dropped where nothing depends on it: Lambert's model without lamps
                         shader.uniform_float("orientation", -1.0 if part.matrix.is_negative else 1.0)
                     if variant.scatters:
                         shader.uniform_int("object_number", part.number)
-                    part.mesh.batch(part.slot, look.paint, look.attribute).draw(shader)
+                    part.mesh.batch(part.slot, look.layers).draw(shader)
             gpu.state.depth_test_set("NONE")
 
     def _gather(self, targets: Targets, view: View, sample: int) -> None:
@@ -301,18 +310,18 @@ class Painter:
                 shader.uniform_sampler(name, texture)
             self._covering.draw(shader)
 
-    def _image(self, look: Look) -> gpu.types.GPUTexture:
-        """Return the image of `look` on the driver; black where there is none."""
-        if look.texture and not look.lacks_image:
+    def _image(self, texture: Texture, blank: Rgba) -> gpu.types.GPUTexture:
+        """Return a texture's image on the driver; one that is `blank` where there is none."""
+        if not texture.is_lacking:
             try:
-                texture = gpu.texture.from_image(look.image)
-                texture.filter_mode(True)
-                return texture
+                image = gpu.texture.from_image(texture.image)
+                image.filter_mode(True)
+                return image
             except RuntimeError:
-                self.notes.append(f"The graphics driver has no room for {look.texture.file}, which is drawn black")
-        texture = gpu.types.GPUTexture((1, 1), format="RGBA8")
-        texture.clear(format="FLOAT", value=CLEAR)
-        return texture
+                self.notes.append(f"The graphics driver has no room for {texture.source.file}, which is not drawn")
+        image = gpu.types.GPUTexture((1, 1), format="RGBA32F")
+        image.clear(format="FLOAT", value=blank)
+        return image
 
 
 def _draw_nearest() -> None:

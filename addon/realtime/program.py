@@ -32,6 +32,13 @@ class Paint(StrEnum):
     IMAGE = "COLOR_IMAGE"
 
 
+class Relief(StrEnum):
+    """What turns the normals within a face."""
+
+    NOTHING = ""
+    TANGENT = "NORMAL_MAP"
+
+
 @dataclass(frozen=True)
 class Light:
     """What a scene's light asks of every shader: kinds of lamps, shadows, an ambient term."""
@@ -51,6 +58,7 @@ class Variant:
     scatters: bool
     scattering: bool
     light: Light
+    relief: Relief = Relief.NOTHING
 
 
 @dataclass(frozen=True)
@@ -84,6 +92,7 @@ def surface(variant: Variant) -> Program:
         (variant.scatters, "SCATTERS", ("burley",)),
         (variant.scattering, "SCATTERING", ()),
         (variant.paint, str(variant.paint), ()),
+        (variant.relief, str(variant.relief), ()),
     ):
         if used:
             defines.append(name)
@@ -98,15 +107,20 @@ def surface(variant: Variant) -> Program:
         attributes["color"] = varyings["vertex_color"] = "VEC4"
     if variant.paint is Paint.IMAGE:
         attributes["uv"] = varyings["vertex_uv"] = "VEC2"
+    if variant.relief:
+        attributes |= {"relief_uv": "VEC2", "tangent": "VEC4"}
+        varyings |= {"vertex_relief_uv": "VEC2", "object_normal": "VEC3", "object_tangent": "VEC4"}
+    samplers = {"shadow_map": light.shadows, "color_image": variant.paint is Paint.IMAGE, "relief_image": bool(variant.relief)}
+    turned = _file("turned")
     blocks = {"view": "View", "material": "Material", "lamps": "Lamps"} | ({"shadows": "Shadows"} if light.shadows else {})
     return Program(
         "true_diffuse_surface",
-        "\n".join((*lines, _file("surface_vertex"))),
-        "\n".join((*lines, comment, functions, source(*stems), law.more, _file("surface_fragment"))),
+        "\n".join((*lines, turned, _file("surface_vertex"))),
+        "\n".join((*lines, turned * bool(variant.relief), comment, functions, source(*stems), law.more, _file("surface_fragment"))),
         attributes,
         varyings,
         {"object_matrix": "MAT4", "orientation": "FLOAT"} | ({"object_number": "INT"} if variant.scatters else {}),
-        dict.fromkeys(("shadow_map",) * light.shadows + ("color_image",) * (variant.paint is Paint.IMAGE), "FLOAT_2D"),
+        dict.fromkeys((name for name, is_used in samplers.items() if is_used), "FLOAT_2D"),
         blocks,
         ("out_radiance", *(("out_entering", "out_distance", "out_tint") if variant.scattering else ())),
         f"struct Lamp {{{members}}};\n",

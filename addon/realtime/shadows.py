@@ -3,13 +3,13 @@
 
 import math
 import struct
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mathutils import Matrix, Vector
 
 from .blocks import columns
-from .contents import Part
+from .extent import Extent
 from .lamps import Lamp
 from .program import MOST_LAMPS
 from .view import View
@@ -34,53 +34,21 @@ class Tile:
     texel: float
 
 
-def tiles(lamps: Sequence[Lamp], parts: Sequence[Part], view: View) -> list[Tile]:
+def tiles(lamps: Sequence[Lamp], extent: Extent, view: View) -> list[Tile]:
     """Return the maps of the lamps that cast shadows, as large as they all fit."""
     casting = [index for index, lamp in enumerate(lamps) if lamp.casts]
-    casters = [part.matrix @ Vector(point) for part in parts if part.casts for point in part.mesh.hull]
+    casters = extent.casters
     if not casting or not casters:
         return []
     across = math.ceil(math.sqrt(len(casting)))
     size = MAP_SIZE // across
-    seen = list(_seen(parts, view))
+    seen = extent.seen(view)
     made = []
     for place, index in enumerate(casting):
         lamp = lamps[index]
         look = _spot(lamp, casters, size) if lamp.kind == "SPOT" else _sun(lamp, casters, seen or casters, size)
         made.append(Tile(index, look[0], size * (place % across), size * (place // across), size, look[1]))
     return made
-
-
-def _seen(parts: Sequence[Part], view: View) -> Iterable[Vector]:
-    """Yield corners of what of the scene is in the picture: its triangles cut off at the picture's edges."""
-    for part in parts:
-        if part.is_seen:
-            matrix = view.projection @ part.matrix
-            to_world = part.matrix
-            hull = part.mesh.hull
-            for at in range(0, len(hull), 3):
-                corners = [Vector(point) for point in hull[at : at + 3]]
-                polygon = [(matrix @ Vector((*corner, 1.0)), to_world @ corner) for corner in corners]
-                yield from (world for _, world in _clipped(polygon))
-
-
-def _clipped(polygon: list[tuple[Vector, Vector]]) -> list[tuple[Vector, Vector]]:
-    """Return a polygon cut at the six planes of the clip space, its corners there and in the world."""
-    for axis in range(3):
-        for sign in (1.0, -1.0):
-            cut = []
-            for k, (clip, world) in enumerate(polygon):
-                next_clip, next_world = polygon[(k + 1) % len(polygon)]
-                here, there = clip.w + sign * clip[axis], next_clip.w + sign * next_clip[axis]
-                if here >= 0.0:
-                    cut.append((clip, world))
-                if (here >= 0.0) != (there >= 0.0):
-                    t = here / (here - there)
-                    cut.append((clip.lerp(next_clip, t), world.lerp(next_world, t)))
-            polygon = cut
-            if not polygon:
-                return []
-    return polygon
 
 
 def _sun(lamp: Lamp, casters: Sequence[Vector], seen: Sequence[Vector], size: int) -> tuple[Matrix, float]:

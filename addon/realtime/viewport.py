@@ -5,6 +5,8 @@ from functools import partial
 
 import bpy
 
+from mathutils import Matrix, Vector
+
 from .contents import Contents
 from .drawing import Painter, Refused
 from .final import background, failed
@@ -61,14 +63,18 @@ class Viewport:
         engine.report({"ERROR"}, message)
 
     def _draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, scene: bpy.types.Scene, painter: Painter) -> None:
-        view = _window(context)
+        whole = _window(context)
+        x, y, width, height = _border(context, scene, whole)
+        if width <= 0 or height <= 0:
+            return
+        view = whole.part(x, y, width, height)
         if view != self._view:
             painter.begin(view)
             self._view, self._sample = view, 0
         if self._sample < scene.true_diffuse.viewport_samples:
             painter.add(view, self._sample, scene.render.filter_size, background(scene, painter.contents))
             self._sample += 1
-        painter.show_blended()  # Blender applies the view transform
+        painter.show_blended(x, y)  # Blender applies the view transform
         engine.update_stats(f"Sample {self._sample}", "; ".join((*painter.contents.notes, *painter.notes)))
         if self._sample < scene.true_diffuse.viewport_samples:
             bpy.app.timers.register(partial(redraw, context.area.as_pointer()))  # what asks for it while it is drawn is not heard
@@ -80,6 +86,36 @@ def _window(context: bpy.types.Context) -> View:
     place = view.view_matrix.inverted_safe()
     eye = eye_at(place, view.is_perspective)
     return View(view.perspective_matrix.copy(), eye, view.is_perspective, region.width, region.height)
+
+
+def _border(context: bpy.types.Context, scene: bpy.types.Scene, view: View) -> tuple[int, int, int, int]:
+    """Return the corner, width and height of what of a viewport is drawn, in pixels; none of it may be left.
+
+    That is inside its render border or, through a camera, inside that of the scene in the camera's frame.
+    """
+    space, settings = context.space_data, scene.render
+    low, high = Vector((0.0, 0.0)), Vector((view.width, view.height))
+    if context.region_data.view_perspective == "CAMERA":
+        camera = space.camera if space.use_local_camera else scene.camera
+        if settings.use_border and camera and camera.type == "CAMERA":
+            place, turn, _ = camera.matrix_world.decompose()
+            to_window = view.projection @ Matrix.LocRotScale(place, turn, None)
+            frame = [to_window @ corner.to_4d() for corner in camera.data.view_frame(scene=scene)]
+            pixels = [Vector(((clip.x / clip.w + 1.0) * view.width, (clip.y / clip.w + 1.0) * view.height)) / 2.0 for clip in frame]
+            corner, size = pixels[2], pixels[0] - pixels[2]  # at the bottom left; to the top right
+            low = corner + size * Vector((settings.border_min_x, settings.border_min_y))
+            high = corner + size * Vector((settings.border_max_x, settings.border_max_y))
+    elif space.use_render_border:
+        low, high = (
+            Vector((x * view.width, y * view.height))
+            for x, y in (
+                (space.render_border_min_x, space.render_border_min_y),
+                (space.render_border_max_x, space.render_border_max_y),
+            )
+        )
+    left, bottom = (max(0, round(start)) for start in low)
+    right, top = (min(size, round(end)) for size, end in zip((view.width, view.height), high, strict=True))
+    return left, bottom, right - left, top - bottom
 
 
 def redraw(area: int) -> None:

@@ -43,7 +43,7 @@ def group_node(material: bpy.types.Material) -> tuple[bpy.types.Node, Group, int
         return None
     for target in ("ALL", "EEVEE", "CYCLES"):
         output = tree.get_output_node(target)
-        source = _before(output.inputs["Surface"]) if output else None
+        source = feeding(output.inputs["Surface"]) if output else None
         node = source.node if source else None
         if node and not node.mute:
             key, version = stamp_of(node)
@@ -60,7 +60,7 @@ def read(node: bpy.types.Node, group: Group, version: int, names: Names) -> tupl
     lost = []
     for socket in node.inputs:
         inputs[socket.name] = plain(socket.default_value)
-        if _before(socket) is None:
+        if feeding(socket) is None:
             if socket.is_linked:
                 lost.append(f"{socket.name}: the link to it is broken")
             continue
@@ -80,18 +80,41 @@ def read(node: bpy.types.Node, group: Group, version: int, names: Names) -> tupl
     return Surface(group.key, version, inputs, fed), lost
 
 
-def read_color(socket: bpy.types.NodeSocket, names: Names) -> tuple[Rgb, Source | None]:
-    """Return a color socket's value, and the image or attribute that takes its place, if that is what feeds it."""
+def feeding(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
+    """Return the output that feeds `socket`, past reroutes; None where nothing does."""
+    while True:
+        link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
+        if link is None or link.from_node.type != "REROUTE":
+            return link.from_socket if link else None
+        socket = link.from_node.inputs[0]
+
+
+def read_input(socket: bpy.types.NodeSocket, names: Names) -> tuple[Setting, Source | None]:
+    """Return a socket's value, its own or that of the constant which feeds it, and the image or attribute that takes its place."""
     own = plain(socket.default_value)
     if not socket.is_linked:
-        return rgb(own), None
+        return own, None
     try:
         source = _source(socket, names)
         if isinstance(source, (Image, Attribute)):
-            return rgb(own), source
-        return rgb(_fitting(source, own)), None
+            return own, source
+        return _fitting(source, own), None
     except Lost:
-        return rgb(own), None
+        return own, None
+
+
+def read_number(socket: bpy.types.NodeSocket, names: Names) -> float:
+    """Return a number's socket's value, or that of the constant which feeds it."""
+    value, _ = read_input(socket, names)
+    if not isinstance(value, (int, float)):
+        raise TypeError(f"{socket.name} is {value!r}, not a number")
+    return float(value)
+
+
+def read_color(socket: bpy.types.NodeSocket, names: Names) -> tuple[Rgb, Source | None]:
+    """Return what read_input does of a color socket."""
+    value, source = read_input(socket, names)
+    return rgb(value), source
 
 
 def plain(value: Setting | Sequence[float]) -> Setting:
@@ -127,18 +150,9 @@ def _fitting(value: Setting, shape: Setting) -> Setting:
     return sum(weight * number for weight, number in zip(weights, numbers, strict=False))
 
 
-def _before(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
-    """Return the output that feeds `socket`, past reroutes; None where nothing does."""
-    while True:
-        link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
-        if link is None or link.from_node.type != "REROUTE":
-            return link.from_socket if link else None
-        socket = link.from_node.inputs[0]
-
-
 def _source(socket: bpy.types.NodeSocket, names: Names) -> Source | Setting:
     """Return what feeds `socket`. Raises Lost where that is more than an image, an attribute or a constant, times a number."""
-    output = _before(socket)
+    output = feeding(socket)
     if output is None:
         raise Lost("a broken link")
     node = output.node
@@ -180,7 +194,7 @@ def _image(node: bpy.types.Node, names: Names) -> Image:
 
 
 def _uv_map(node: bpy.types.Node, names: Names) -> str:
-    coordinate = _before(node.inputs["Vector"])
+    coordinate = feeding(node.inputs["Vector"])
     if coordinate is None or (coordinate.node.bl_idname == "ShaderNodeTexCoord" and coordinate.name == "UV"):
         return DEFAULT_UV
     if coordinate.node.bl_idname == "ShaderNodeUVMap":

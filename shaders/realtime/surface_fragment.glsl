@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One pixel of a surface under all lamps. SURFACE, RADIANCE and ALBEDO(mu) are the material's model, the first of it what all lamps
 // have in common; KIND(lamp) is a lamp's kind. Whatever else is defined, the scene and the material need: SUN, POINT, SPOT, AREA
-// (the kind's number), SHADOWS, AMBIENT, COAT, SCATTERS, COLOR_ATTRIBUTE, COLOR_IMAGE; SCATTERING where any material of the scene
-// scatters, as all then write what that needs.
+// (the kind's number), SHADOWS, AMBIENT, COAT, SCATTERS, COLOR_ATTRIBUTE, COLOR_IMAGE, NORMAL_MAP; SCATTERING where any material
+// of the scene scatters, as all then write what that needs.
 
 #ifdef SHADOWS
 // Returns the share of a lamp's light that reaches the point: of the 3x3 texels around it, those that see nothing nearer.
@@ -68,14 +68,36 @@ vec3 lamp_irradiance(Lamp lamp, vec3 position, out vec3 l)
     return vec3(0.0);
 }
 
+#ifdef NORMAL_MAP
+// Returns the world's normal that the map says, in the frame of the object's interpolated normal n, tangent t and w (n x t), which
+// are left as long as they come out, as MikkTSpace asks for.
+vec3 mapped_normal()
+{
+    vec3 at = texture(relief_image, vertex_relief_uv).xyz * 2.0 - 1.0;
+    vec2 strength = vec2(material.color.w, material.coat.w);
+    at = vec3(at.xy * strength, mix(1.0, at.z, clamp(strength.x, 0.0, 1.0)));
+    vec3 bitangent = object_tangent.w * cross(object_normal, object_tangent.xyz);
+    vec3 mapped = turned(at.x * object_tangent.xyz + at.y * bitangent + at.z * object_normal);
+    return object_tangent.w != 0.0 && dot(mapped, mapped) > 0.0 ? mapped : world_normal; // 0 where there is no UV map
+}
+#endif
+
+// Returns a unit normal of the side that is seen.
+vec3 seen_normal(vec3 normal)
+{
+    return gl_FrontFacing == (orientation > 0.0) ? normalize(normal) : -normalize(normal);
+}
+
 void main()
 {
     vec3 v = view.camera.w == 0.0 ? view.camera.xyz : normalize(view.camera.xyz - world_position);
-    vec3 n = normalize(world_normal);
-    n = gl_FrontFacing == (orientation > 0.0) ? n : -n;
+    vec3 plain = seen_normal(world_normal), n = plain;
+#ifdef NORMAL_MAP
+    n = seen_normal(mapped_normal());
+#endif
     float below = dot(n, v);
-    if (below < 1e-4) { // an interpolated normal that looks away from the viewer is bent until it is seen, at grazing view
-        n = normalize(n + v * (1e-4 - below));
+    if (below < 1e-4) { // a normal within a face may look away from the viewer, who then is taken to be at its horizon
+        v = normalize(v + n * (1e-4 - below));
     }
     vec3 albedo = material.color.rgb;
 #ifdef COLOR_ATTRIBUTE
@@ -97,7 +119,10 @@ void main()
         vec3 l;
         vec3 irradiance = lamp_irradiance(lamps.lamp[k], world_position, l);
 #ifdef SHADOWS
-        irradiance *= light_share(k, world_position, n);
+        irradiance *= light_share(k, world_position, plain);
+#endif
+#ifdef NORMAL_MAP
+        irradiance *= step(0.0, dot(plain, l)); // nothing comes through the surface
 #endif
         radiance += irradiance * (RADIANCE);
 #ifdef COAT
