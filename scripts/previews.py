@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 PICTURES = Path(__file__).resolve().parent.parent / "addon" / "previews"
 SIZE = 128  # pixels: what the Asset Browser keeps
-QUALITY = 65  # of WebP, in percent: some 1 kB each
+QUALITY = 55  # of WebP, in percent: some 1 kB each
 HEIGHT = 0.03  # m, of a monkey: ears of 2 mm, where millimetres show
 VOXEL = 0.012  # heights
 # Place [heights from the middle], size [heights], radiance of a white surface in the middle that faces it
