@@ -413,6 +413,10 @@ def test_viewport_through_the_camera_draws_inside_its_border(stage: Stage) -> No
     render.use_border = True
     render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.25, 0.75, 0.5, 1.0
     assert lit_pixels(window) == (12 + 6, 7 + 9, 12 + 18, 7 + 18)
+    stage.camera.scale.x = -1.0  # as mirrored as what is seen through it
+    window.context.region_data.perspective_matrix = Matrix.Diagonal((-0.5, 0.75, -0.01, 1.0))
+    bpy.context.view_layer.update()
+    assert lit_pixels(window) == (12 + 6, 7 + 9, 12 + 18, 7 + 18)
     stage.camera.location.x = 9.0  # its frame is not in the window
     bpy.context.view_layer.update()
     assert window.draw() == 0.0

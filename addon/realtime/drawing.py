@@ -276,6 +276,7 @@ class Painter:
         with targets.surfaces.bind():
             _draw_nearest()
             targets.surfaces.clear(color=CLEAR, depth=1.0)
+            gpu.state.front_facing_set(view.is_mirrored)  # as a mirrored view turns the corners of what faces it round
             for variant, look, parts in self._order:
                 shader = surface_shader(variant)
                 shader.bind()
@@ -296,6 +297,7 @@ class Painter:
                     if variant.scatters:
                         shader.uniform_int("object_number", part.number)
                     part.mesh.batch(part.slot, look.layers).draw(shader)
+            gpu.state.front_facing_set(False)
             gpu.state.depth_test_set("NONE")
 
     def _gather(self, targets: Targets, view: View, sample: int) -> None:

@@ -36,6 +36,11 @@ class View:
         shift = Matrix.Translation((-2.0 * x / self.width, -2.0 * y / self.height, 0.0))
         return replace(self, projection=shift @ self.projection)
 
+    @property
+    def is_mirrored(self) -> bool:
+        """Whether it shows the world as in a mirror, as a camera of a negative scale does."""
+        return self.projection.determinant() > 0.0  # the clip space is left-handed
+
     def pixel_size(self) -> tuple[float, float]:
         """Return what a pixel covers across and along [m], at a depth of 1 m or, in a parallel projection, anywhere."""
         right, up, _, ahead = (row.to_3d() for row in self.projection)  # `ahead` is a unit vector, or 0

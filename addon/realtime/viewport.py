@@ -5,7 +5,7 @@ from functools import partial
 
 import bpy
 
-from mathutils import Matrix, Vector
+from mathutils import Vector
 
 from .contents import Contents
 from .drawing import Painter, Refused
@@ -98,8 +98,7 @@ def _border(context: bpy.types.Context, scene: bpy.types.Scene, view: View) -> t
     if context.region_data.view_perspective == "CAMERA":
         camera = space.camera if space.use_local_camera else scene.camera
         if settings.use_border and camera and camera.type == "CAMERA":
-            place, turn, _ = camera.matrix_world.decompose()
-            to_window = view.projection @ Matrix.LocRotScale(place, turn, None)
+            to_window = view.projection @ camera.matrix_world.normalized()
             frame = [to_window @ corner.to_4d() for corner in camera.data.view_frame(scene=scene)]
             pixels = [Vector(((clip.x / clip.w + 1.0) * view.width, (clip.y / clip.w + 1.0) * view.height)) / 2.0 for clip in frame]
             corner, size = pixels[2], pixels[0] - pixels[2]  # at the bottom left; to the top right
