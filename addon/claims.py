@@ -97,11 +97,12 @@ class Claim:
 
     @property
     def is_cut_off(self) -> bool:
-        """Whether the color of a highlight that follows lamps is somewhere above what EEVEE keeps of one."""
+        """Whether the color of a highlight that follows lamps is above what EEVEE keeps of one, over a black base if one is fed."""
         if self.group != SPECULAR_GROUP.key:
             return False
         model = Specular(self.number("Specular"), self.number("Exponent"))
-        return max(self.rgb("Color")) + model.height > EEVEE_MOST
+        base = 0.0 if "Color" in self.fed else min(max(self.rgb("Color")), 1.0)
+        return base + model.height > EEVEE_MOST
 
     def way(self, engine: Engine, osl: bool) -> str:
         """Return what makes it in `engine`, with `osl` or not: OSL or a mode or method; empty where there is but one way."""
@@ -150,7 +151,7 @@ def stated_error(claim: Claim, scene: bpy.types.Scene) -> str:
             return ""
         return "Rough part: exact under every lamp" if is_below else "Exact under every lamp"
     if claim.follows_lamps:
-        if claim.fed & {"Color", "Specular", "Exponent"} or not (engine is EEVEE and claim.is_cut_off):
+        if claim.fed & {"Specular", "Exponent"} or not (engine is EEVEE and claim.is_cut_off):
             return "Exact for the chosen lamps"
         return f"Exact for the chosen lamps, cut off at {EEVEE_MOST:g} times white"
     scheme = claim.scheme(engine)

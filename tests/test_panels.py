@@ -213,6 +213,12 @@ def test_stated_limit_of_highlights_is_eevees(eevee_runs_here: bool) -> None:
         (cell,) = flat.cells(material, EEVEE, 1, 0.0)  # N = L = V
         assert cell == pytest.approx([shown] * len(cell), rel=0.002)  # 10 bits
         assert stated_error(claim_of(material), bpy.context.scene) == f"Exact for the chosen lamps{stated}"
+    bpy.context.scene.render.engine = EEVEE.identifier
+    for height, stated in ((7.0, ""), (9.0, ", cut off at 8 times white")):  # of any base
+        material = shiny("Lamps", height)
+        tree = material.node_tree
+        tree.links.new(tree.nodes.new("ShaderNodeTexImage").outputs["Color"], tree.nodes[SPECULAR_GROUP.name].inputs["Color"])
+        assert stated_error(claim_of(material), bpy.context.scene) == f"Exact for the chosen lamps{stated}"
 
 
 def test_measurement_is_shown_until_the_settings_change() -> None:
