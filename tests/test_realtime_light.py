@@ -683,9 +683,10 @@ def test_normals_of_other_materials_are_mapped() -> None:
 
 
 def test_map_that_cannot_be_drawn_leaves_the_surface_as_it_is() -> None:
-    """One without an image, with another mesh's UV map, in another space, and a muted one."""
+    """One without an image or of a muted one, with another mesh's UV map, in another space, and a muted map."""
     for change in (
         lambda node: setattr(node.inputs["Color"].links[0].from_node, "image", None),
+        lambda node: setattr(node.inputs["Color"].links[0].from_node, "mute", True),
         lambda node: setattr(node, "uv_map", "Another"),
         lambda node: setattr(node, "space", "WORLD"),
         lambda node: setattr(node, "mute", True),

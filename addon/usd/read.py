@@ -156,6 +156,8 @@ def _source(socket: bpy.types.NodeSocket, names: Names) -> Source | Setting:
     if output is None:
         raise Lost("a broken link")
     node = output.node
+    if node.mute:
+        raise Lost(f"the muted node {node.bl_label}")
     match node.bl_idname, output.name:
         case "ShaderNodeValue" | "ShaderNodeRGB", _:
             return plain(output.default_value)
