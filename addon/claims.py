@@ -151,9 +151,10 @@ def stated_error(claim: Claim, scene: bpy.types.Scene) -> str:
             return ""
         return "Rough part: exact under every lamp" if is_below else "Exact under every lamp"
     if claim.follows_lamps:
-        if claim.fed & {"Specular", "Exponent"} or not (engine is EEVEE and claim.is_cut_off):
-            return "Exact for the chosen lamps"
-        return f"Exact for the chosen lamps, cut off at {EEVEE_MOST:g} times white"
+        if engine is EEVEE and claim.fed & {"Specular", "Exponent"}:
+            return ""  # the highlight may be cut off somewhere
+        cut_off = f", cut off at {EEVEE_MOST:g} times white" if engine is EEVEE and claim.is_cut_off else ""
+        return f"Exact for the chosen lamps{cut_off}"
     scheme = claim.scheme(engine)
     if scheme is None or "Model" in claim.fed or (is_below and claim.number("Subsurface") >= 1.0):
         return ""

@@ -16,7 +16,6 @@ from .materials import Look, look_of
 from .meshes import Mesh, is_sound
 from .program import MOST_LAMPS, Light, Variant
 
-SHAPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 LOOKS = (bpy.types.Material, bpy.types.NodeTree)
 SHADED = (bpy.types.Mesh, bpy.types.Curve, bpy.types.MetaBall)
 BLACK: Rgb = (0.0, 0.0, 0.0)
@@ -118,7 +117,7 @@ class Contents:
             if not instance.show_self or not shows(instance.parent if instance.is_instance else item):
                 continue
             matrix = instance.matrix_world.copy()
-            if item.type not in SHAPES | {"LIGHT"}:
+            if item.type not in ("MESH", "LIGHT"):  # of text, curves, surfaces and metaballs Blender lists the meshes, too
                 continue
             if not all(map(is_sound, matrix)):
                 self._left_out.append(f"{item.name} is left out: its place or size is no number, or too large")

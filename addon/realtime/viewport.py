@@ -39,16 +39,23 @@ class Viewport:
 
     def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, scene: bpy.types.Scene) -> None:
         """Draw one more sample, and all so far into the window; ask for the next."""
-        size = (context.region.width, context.region.height)
-        if self._contents is None or self._refused_size == size:
+        if self._contents is None:
             return
+        size = (0, 0)
         try:
+            whole = _window(context)
+            x, y, width, height = _border(context, scene, whole)
+            size = (width, height)
+            if min(size) <= 0 or self._refused_size == size:
+                return
             if self._painter is None:
                 self._painter = Painter(self._contents)
             if not self._is_sent:  # here, as Blender may have no graphics context while it updates
                 self._painter.refresh()
                 self._is_sent = True
-            self._draw(engine, context, scene, self._painter)
+            self._draw(engine, scene, self._painter, whole.part(x, y, width, height), (x, y))
+            if self._sample < scene.true_diffuse.viewport_samples:  # what asks for it while it is drawn is not heard
+                bpy.app.timers.register(partial(redraw, context.area.as_pointer()))
         except Refused as error:  # another size may do
             self._refused_size = size
             self._refuse(engine, str(error))
@@ -62,22 +69,18 @@ class Viewport:
         engine.update_stats(engine.bl_label, message)
         engine.report({"ERROR"}, message)
 
-    def _draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, scene: bpy.types.Scene, painter: Painter) -> None:
-        whole = _window(context)
-        x, y, width, height = _border(context, scene, whole)
-        if width <= 0 or height <= 0:
-            return
-        view = whole.part(x, y, width, height)
+    def _draw(
+        self, engine: bpy.types.RenderEngine, scene: bpy.types.Scene, painter: Painter, view: View, corner: tuple[int, int]
+    ) -> None:
+        """Draw what `view` sees of it, its lower left corner at `corner` of the window [pixels]."""
         if view != self._view:
             painter.begin(view)
             self._view, self._sample = view, 0
         if self._sample < scene.true_diffuse.viewport_samples:
             painter.add(view, self._sample, scene.render.filter_size, background(scene, painter.contents))
             self._sample += 1
-        painter.show_blended(x, y)  # Blender applies the view transform
+        painter.show_blended(*corner)  # Blender applies the view transform
         engine.update_stats(f"Sample {self._sample}", "; ".join((*painter.contents.notes, *painter.notes)))
-        if self._sample < scene.true_diffuse.viewport_samples:
-            bpy.app.timers.register(partial(redraw, context.area.as_pointer()))  # what asks for it while it is drawn is not heard
 
 
 def _window(context: bpy.types.Context) -> View:
