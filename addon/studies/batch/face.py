@@ -6,6 +6,7 @@ What the engines' heads come to is held against each other when all is collected
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -20,7 +21,8 @@ from .. import face, pictures
 from ..environment import environment, merged
 from ..five import MEASUREMENT_WORK
 from .five import PICTURE, PICTURE_SUFFIXES, Collected, Part, copy, floats, left_out, rendered
-from .results import BatchError, Results
+from .parts import Made, check_runs, keep_part
+from .results import Results
 
 LOOKS = {look.name: look for look in scene.LOOKS}
 
@@ -82,18 +84,15 @@ class Face:
         Raises BatchError where the character cannot be had, the engine does not run here, or results cannot be kept.
         """
         for part in parts:
-            if results.has(part.name):
-                continue
-            engine = ENGINES[part.engine]
-            if engine not in self.usable:
-                raise BatchError(f"{engine.label} does not run on this machine")
-            try:
-                stage = self._prepare(part, engine)
-                do = self._picture if part.look == PICTURE else self._measured
-                record, files = do(stage, part, engine, progress)
-            except (characters.CharacterError, OSError, RuntimeError) as error:
-                raise BatchError(f"{part.name}: {' '.join(str(error).split())}") from error
-            results.keep(part.name, {"environment": environment([engine]), **record}, files)
+            keep_part(part.name, results, partial(self._make, part, progress))
+
+    def _make(self, part: Part, progress: Progress) -> Made:
+        engine = ENGINES[part.engine]
+        check_runs(engine, self.usable)
+        stage = self._prepare(part, engine)
+        do = self._picture if part.look == PICTURE else self._measured
+        record, files = do(stage, part, engine, progress)
+        return {"environment": environment([engine]), **record}, files
 
     def _prepare(self, part: Part, engine: Engine) -> scene.Face:
         """Return the scene of a part, ready for an engine."""
@@ -111,13 +110,13 @@ class Face:
             self._engine = engine
         return self.stage
 
-    def _picture(self, stage: scene.Face, part: Part, engine: Engine, progress: Progress) -> tuple[Record, dict[str, bytes]]:
+    def _picture(self, stage: scene.Face, part: Part, engine: Engine, progress: Progress) -> Made:
         samples, denoise = self.order.samples[engine.key], engine is engines.CYCLES
         seconds, files = rendered(stage.scene, engine, samples, face.captions(stage), progress, denoise)
         made = {"engine": engine.key, "samples": samples, "denoised": denoise, "render_seconds": seconds}
         return {"picture": {"character": part.character, **made}}, files
 
-    def _measured(self, stage: scene.Face, part: Part, engine: Engine, progress: Progress) -> tuple[Record, dict[str, bytes]]:
+    def _measured(self, stage: scene.Face, part: Part, engine: Engine, progress: Progress) -> Made:
         only = replace(stage, heads=tuple(head for head in stage.heads if head.look.name == part.look))
         if part.look not in self._seen:
             (self._seen[part.look],) = face.surfaces(only, progress)

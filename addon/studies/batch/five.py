@@ -12,6 +12,7 @@ from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from statistics import median
 
@@ -27,7 +28,8 @@ from ...nodes import ROUGH_DIFFUSE, lamps
 from ...osl import compiles_osl
 from .. import five, pictures
 from ..environment import environment, merged
-from .results import BatchError, Results
+from .parts import Made, check_runs, keep_part
+from .results import Results
 
 PICTURE, ERROR_MAP = "picture", "error_map"  # beside the looks' names
 PICTURE_SUFFIXES = ("png", "exr")
@@ -180,20 +182,16 @@ class Five:
         Raises BatchError where the character cannot be had, the engine does not run here, or results cannot be kept.
         """
         for part in parts:
-            if results.has(part.name):
-                continue
-            engine = ENGINES[part.engine]
-            try:
-                if part.look == ERROR_MAP:
-                    results.keep(part.name, *self._error_map(part, engine, results, progress))
-                    continue
-                if engine not in self.usable:
-                    raise BatchError(f"{engine.label} does not run on this machine")
-                self._prepare(part, [other.frame for other in parts], engine)
-                record, files = self._picture(engine, progress) if part.look == PICTURE else self._measured(part, engine, progress)
-            except (characters.CharacterError, OSError, RuntimeError) as error:
-                raise BatchError(f"{part.name}: {' '.join(str(error).split())}") from error
-            results.keep(part.name, {"environment": environment([engine]), **record}, files)
+            keep_part(part.name, results, partial(self._make, part, [other.frame for other in parts], results, progress))
+
+    def _make(self, part: Part, frames: Sequence[Frame], results: Results, progress: Progress) -> Made:
+        engine = ENGINES[part.engine]
+        if part.look == ERROR_MAP:
+            return self._error_map(part, engine, results, progress)
+        check_runs(engine, self.usable)
+        self._prepare(part, frames, engine)
+        record, files = self._picture(engine, progress) if part.look == PICTURE else self._measured(part, engine, progress)
+        return {"environment": environment([engine]), **record}, files
 
     def _prepare(self, part: Part, frames: Sequence[Frame], engine: Engine) -> None:
         """Have the scene show the frame of a part, ready for an engine."""
@@ -234,13 +232,13 @@ class Five:
         lamps.choose([self.stage.key])
         self.stage.scene.cycles.shading_system = way.osl
 
-    def _picture(self, engine: Engine, progress: Progress) -> tuple[Record, dict[str, bytes]]:
+    def _picture(self, engine: Engine, progress: Progress) -> Made:
         assert self.stage is not None
         samples = self.order.samples[engine.key]
         seconds, files = rendered(self.stage.scene, engine, samples, five.five_captions(self.stage), progress)
         return {"engine": engine.key, "samples": samples, "render_seconds": seconds}, files
 
-    def _measured(self, part: Part, engine: Engine, progress: Progress) -> tuple[Record, dict[str, bytes]]:
+    def _measured(self, part: Part, engine: Engine, progress: Progress) -> Made:
         assert self.stage is not None
         only = replace(self.stage, characters=tuple(one for one in self.stage.characters if one.look.name == part.look))
         key = part.frame, part.look
@@ -263,7 +261,7 @@ class Five:
             files["i32"] = array("i", one.seen.expected.pixels).tobytes()
         return found, files
 
-    def _error_map(self, part: Part, engine: Engine, results: Results, progress: Progress) -> tuple[Record, dict[str, bytes]]:
+    def _error_map(self, part: Part, engine: Engine, results: Results, progress: Progress) -> Made:
         patches = []
         with progress.step(f"Error map  {engine.label}", MAP_WORK), tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder:
             for look in self.order.measured:

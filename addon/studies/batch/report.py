@@ -11,6 +11,7 @@ import time
 from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 
 import bpy
 
@@ -21,6 +22,7 @@ from ..environment import environment, merged
 from ..work_precision import run
 from ..work_precision.journal import Notes
 from ..work_precision.stages import REFERENCE_SEEDS, STAGES, FaceStage, Five, Furnace, Sphere, Stage
+from .parts import Made, check_runs, keep_part
 from .results import BatchError, Results
 
 BESIDE = "beside"  # what is measured beside the contestants
@@ -113,27 +115,24 @@ class Study:
 
         Raises BatchError where its engine or contestant does not run here, a reference is not there or results cannot be kept.
         """
-        if results.has(part.name):
-            return
+        keep_part(part.name, results, partial(self._make, part, results, told))
+
+    def _make(self, part: Part, results: Results, told: Callable[[float], Progress]) -> Made:
         engine = ENGINES[part.engine]
-        if engine not in self.used:
-            raise BatchError(f"{engine.label} does not run on this machine")
+        check_runs(engine, self.used)
         notes, files = Notes(), {}
-        try:
-            if part.scene == SHADERS:
-                with told(WORK).step(f"Hard inputs  {part.label}", WORK):
-                    self.hard(part.label, notes)
-            else:
-                stage = self._prepare(part)
-                self._render(part, stage, notes, results, told)
-                build = {"scene": stage.name, "seconds": self._build_seconds, "reference": stage.reference_text}
-                notes.add(("build", stage.name), build)
-                if part.seed:
-                    files["f32"] = notes.picture(run.reference_name(stage, part.seed)).tobytes()
-        except (characters.CharacterError, OSError, RuntimeError) as error:
-            raise BatchError(f"{part.name}: {' '.join(str(error).split())}") from error
+        if part.scene == SHADERS:
+            with told(WORK).step(f"Hard inputs  {part.label}", WORK):
+                self.hard(part.label, notes)
+        else:
+            stage = self._prepare(part)
+            self._render(part, stage, notes, results, told)
+            build = {"scene": stage.name, "seconds": self._build_seconds, "reference": stage.reference_text}
+            notes.add(("build", stage.name), build)
+            if part.seed:
+                files["f32"] = notes.picture(run.reference_name(stage, part.seed)).tobytes()
         units = [{"key": key, "record": record} for key, record in notes.units.items()]
-        results.keep(part.name, {"environment": environment([engine]), "units": units}, files)
+        return {"environment": environment([engine]), "units": units}, files
 
     def _prepare(self, part: Part) -> Stage:
         """Return the scene of a part: a new one also for what is measured before its characters get other materials."""
