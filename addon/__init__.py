@@ -4,6 +4,8 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     import bpy
 
     from io_scene_gltf2.io.com.gltf2_io import Material
@@ -13,36 +15,26 @@ class glTF2ExportUserExtension:
     """Blender's glTF exporter makes one of these for an export; it looks for this name in the modules of add-ons."""
 
     def gather_material_hook(self, made: "Material", material: "bpy.types.Material", settings: dict) -> None:
-        from . import gltf
+        from .gltf.export import gather_material
 
-        gltf.gather_material(made, material, settings)
+        gather_material(made, material, settings)
+
+
+def _modules() -> tuple["ModuleType", ...]:
+    """Return what registers something with Blender, in order."""
+    from . import operators, realtime, ui, usd
+    from .blender import properties
+    from .handlers import library, lights, optimized
+    from .ui import preferences
+
+    return preferences, properties, operators, ui, realtime, usd, optimized, lights, library
 
 
 def register() -> None:
-    from . import appended, lamp_watch, operators, preferences, properties, realtime, ui, usd
-    from .leave_out import watch
-
-    preferences.register()
-    properties.register()
-    operators.register()
-    ui.register()
-    realtime.register()
-    usd.register()
-    watch.register()
-    lamp_watch.register()
-    appended.register()
+    for module in _modules():
+        module.register()
 
 
 def unregister() -> None:
-    from . import appended, lamp_watch, operators, preferences, properties, realtime, ui, usd
-    from .leave_out import watch
-
-    appended.unregister()
-    lamp_watch.unregister()
-    watch.unregister()
-    usd.unregister()
-    realtime.unregister()
-    ui.unregister()
-    operators.unregister()
-    properties.unregister()
-    preferences.unregister()
+    for module in reversed(_modules()):
+        module.unregister()

@@ -8,7 +8,7 @@ import bpy
 
 from mathutils import Matrix, Vector
 
-from ..addon import materials
+from ..addon.material import materials
 from ..addon.models import Lambert, Model, OrenNayar, Specular
 from ..addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group
 from .subject import ALBEDO_ATTRIBUTE

@@ -21,7 +21,7 @@ import bpy
 
 from mathutils import Matrix, Vector
 
-from ..addon.engines import Engine
+from ..addon.blender.engines import Engine
 from ..addon.measure import render
 
 type Picture = tuple[array[float], array[float], array[float]]  # red, green, blue; rows from the top

@@ -11,7 +11,8 @@ import bpy
 import bmesh
 from mathutils import Vector
 
-from ..addon import engines, materials
+from ..addon.blender import engines
+from ..addon.material import materials
 from ..addon.measure import error, render
 from ..addon.models import Lambert, Model
 

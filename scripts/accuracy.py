@@ -17,8 +17,10 @@ from typing import TYPE_CHECKING
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from console import BadInput, Parser, Terminal, script_arguments
-from frame import (
+import checkout  # noqa: F401 - makes this checkout the package true_diffuse
+from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, script_arguments
+from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.startup import (
     NODE_ENGINES,
     empty_file,
     engine_list,
@@ -28,10 +30,9 @@ from frame import (
     sample_count,
     start_blender,
 )
-from outputs import Staging
 
 if TYPE_CHECKING:
-    from true_diffuse.addon.engines import Engine
+    from true_diffuse.addon.blender.engines import Engine
     from true_diffuse.addon.measure.record import Progress, Record
 
 SIZE = 96  # pixels across the sphere: 5000 to compare
@@ -57,8 +58,8 @@ def told(
 
 def rough(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Hold each rough model, home and mode against its formula, on a sphere under a sun."""
-    from true_diffuse.addon.studies import rough as study
     from true_diffuse.scenes.sphere import sphere_under_sun
+    from true_diffuse.scripts.studies import rough as study
 
     work, sphere = study.rough_work(engines, options.quick), sphere_under_sun(SIZE)
     measure = partial(study.rough, sphere, engines, options.samples, options.quick)
@@ -68,8 +69,8 @@ def rough(options: Namespace, engines: list["Engine"], terminal: Terminal) -> li
 
 def engines(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Hold EEVEE against Cycles, under three lights and a sky."""
-    from true_diffuse.addon.studies import rough as study
     from true_diffuse.scenes.sphere import sphere_under_sun
+    from true_diffuse.scripts.studies import rough as study
 
     if len(engines) < len(NODE_ENGINES):
         raise BadInput("EEVEE and Cycles are both needed to hold them against each other")
@@ -80,25 +81,24 @@ def engines(_options: Namespace, engines: list["Engine"], terminal: Terminal) ->
 def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Hold GLSL and OSL in 32-bit floats against their formulas in 50 digits, and the plain subsurface formulas against ours."""
     try:
-        import referee
+        from true_diffuse.scripts.studies import reference_mpmath
     except ImportError as error:
         raise BadInput(f"the formulas in all digits need a package that is not installed: {error}") from error
-    from true_diffuse.addon.engines import CYCLES, EEVEE
-    from true_diffuse.addon.measure import judge
-    from true_diffuse.addon.osl import compiles_osl
-    from true_diffuse.addon.studies import stability_glsl, stability_osl, stability_subsurface
+    from true_diffuse.addon.blender.engines import CYCLES, EEVEE
+    from true_diffuse.addon.blender.osl import compiles_osl
+    from true_diffuse.scripts.studies import float32_accuracy, stability_glsl, stability_osl, stability_subsurface
 
     homes: list[tuple[str, ModuleType]] = [("GLSL", stability_glsl)] if EEVEE in engines else []
     if CYCLES in engines and compiles_osl():
         homes.append(("OSL", stability_osl))
     if not homes:
         raise BadInput("GLSL needs EEVEE's graphics driver, OSL a Cycles that compiles it")
-    quick = partial(referee.radiance, context=referee.DOUBLE)
+    quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
     records = []
     for name, home in homes:
         count = home.COUNT // 10 if options.quick else home.COUNT
-        measure = partial(home.stability, referee.radiance, quick, count)
-        records += told(terminal, home.work(), measure, f"{name} in 32-bit floats: the largest errors", judge.table)
+        measure = partial(home.stability, reference_mpmath.radiance, quick, count)
+        records += told(terminal, home.work(), measure, f"{name} in 32-bit floats: the largest errors", float32_accuracy.table)
     formulas = list(stability_subsurface.records())
     terminal.table("Subsurface formulas at their ends", *stability_subsurface.table(formulas))
     return records + formulas
@@ -106,10 +106,10 @@ def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -
 
 def cost(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Time equation (1) in GLSL, and the node group against Blender's own Diffuse BSDF."""
-    from true_diffuse.addon.engines import EEVEE
-    from true_diffuse.addon.studies import cost
+    from true_diffuse.addon.blender.engines import EEVEE
     from true_diffuse.scenes import five_characters
     from true_diffuse.scenes.sphere import sphere_under_sun
+    from true_diffuse.scripts.studies import cost
 
     sphere, five = sphere_under_sun(cost.FRAME), five_characters.build(load_character("human"), 0.8, True, cost.FRAME_OF_FIVE)
     with terminal.progress(cost.work(engines)) as progress:
@@ -123,21 +123,23 @@ def frames(options: Namespace, engines: list["Engine"], terminal: Terminal) -> l
     """Time frames of True Diffuse Realtime: each model and form of equation (1) against Lambert's law, and how the cost grows."""
     import gpu
 
-    from true_diffuse.addon.engines import EEVEE
-    from true_diffuse.addon.studies import contest, frames
+    from true_diffuse.addon.blender.engines import EEVEE
+    from true_diffuse.scripts.studies import frame_time, realtime_frames
 
     if EEVEE not in engines:
         raise BadInput("frames need EEVEE's graphics driver")
-    stage = frames.Stage(load_character("human"), frames.QUICK_RESOLUTION if options.quick else frames.RESOLUTION)
-    with terminal.progress(frames.work(stage, options.quick)) as progress:
-        records = list(frames.records(stage, options.quick, progress))
-    contest.tell(records, gpu.platform.renderer_get(), terminal)
+    stage = realtime_frames.Stage(
+        load_character("human"), realtime_frames.QUICK_RESOLUTION if options.quick else realtime_frames.RESOLUTION
+    )
+    with terminal.progress(realtime_frames.work(stage, options.quick)) as progress:
+        records = list(realtime_frames.records(stage, options.quick, progress))
+    frame_time.tell(records, gpu.platform.renderer_get(), terminal)
     return records
 
 
 def furnace(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Hold what each model, home and mode reflects of a uniform world against its formula."""
-    from true_diffuse.addon.studies import robustness
+    from true_diffuse.scripts.studies import robustness
 
     work, measure = robustness.furnace_work(engines, options.quick), partial(robustness.furnace, engines, options.quick)
     title = "Albedo at rho = 1 in a uniform world, the formula's in brackets"
@@ -146,7 +148,7 @@ def furnace(options: Namespace, engines: list["Engine"], terminal: Terminal) -> 
 
 def leak(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Look for light from behind on closed bodies."""
-    from true_diffuse.addon.studies import robustness
+    from true_diffuse.scripts.studies import robustness
 
     work, measure = robustness.leak_work(engines, options.quick), partial(robustness.leak, engines, options.quick)
     title = "Light from behind, as a share of what a lit Lambert surface shows"
@@ -155,7 +157,7 @@ def leak(options: Namespace, engines: list["Engine"], terminal: Terminal) -> lis
 
 def extremes(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Render inputs at the ends of their ranges and beyond them."""
-    from true_diffuse.addon.studies import robustness
+    from true_diffuse.scripts.studies import robustness
 
     work, measure = robustness.extremes_work(engines, options.quick), partial(robustness.extremes, engines, options.quick)
     return told(terminal, work, measure, "Radiance of odd inputs, over all views, lights and models", robustness.extremes_table)
@@ -163,7 +165,7 @@ def extremes(options: Namespace, engines: list["Engine"], terminal: Terminal) ->
 
 def subsurface(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Hold the group Subsurface on a slab against its model: profiles, edges of shadows, albedos, furnace, units, stiff inputs."""
-    from true_diffuse.addon.studies import subsurface as study
+    from true_diffuse.scripts.studies import subsurface as study
 
     records = []
     for part in study.PARTS:
@@ -175,9 +177,9 @@ def subsurface(options: Namespace, engines: list["Engine"], terminal: Terminal) 
 def usd(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Hold each rough model against its formula after it has gone through USD, in MaterialX's GLSL and in Hydra Storm."""
     from true_diffuse.addon import usd as usd_files
-    from true_diffuse.addon.engines import EEVEE
-    from true_diffuse.addon.studies import usd as study
+    from true_diffuse.addon.blender.engines import EEVEE
     from true_diffuse.scenes.sphere import sphere_under_sun
+    from true_diffuse.scripts.studies import usd as study
 
     if EEVEE not in engines:
         raise BadInput("Hydra Storm needs EEVEE's graphics driver")
@@ -191,7 +193,7 @@ def usd(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list
 def leave_out(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Hold what Simplify leaves of four scenes against the whole: the picture, nodes, closures, first and later renders."""
     from true_diffuse.addon import usd as usd_files
-    from true_diffuse.addon.studies import leave_out as study
+    from true_diffuse.scripts.studies import optimize as study
 
     usd_files.register()
     with tempfile.TemporaryDirectory() as folder:
@@ -201,8 +203,8 @@ def leave_out(_options: Namespace, engines: list["Engine"], terminal: Terminal) 
 
 def animation(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
     """Hold keyed frames against stills of their values, and what noise flickers between frames against the noise."""
-    from true_diffuse.addon.engines import EEVEE, REALTIME
-    from true_diffuse.addon.studies import animation as study
+    from true_diffuse.addon.blender.engines import EEVEE, REALTIME
+    from true_diffuse.scripts.studies import animation as study
 
     used = list(engines)
     if EEVEE in engines:  # so there is a graphics driver
@@ -266,7 +268,7 @@ def _what(key: str) -> str:
 def measure(options: Namespace, staging: Staging, terminal: Terminal) -> None:
     """Measure and write the records."""
     engines = start_blender(options.engine, terminal)
-    from true_diffuse.addon.studies.environment import environment
+    from true_diffuse.addon.probe.environment import environment
 
     records = []
     for key in [options.only] if options.only else MEASURES:

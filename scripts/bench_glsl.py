@@ -22,14 +22,14 @@ from typing import TYPE_CHECKING
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
-from console import BadInput, Parser, Terminal
-from frame import run_script
-from outputs import Staging
 from true_diffuse.addon.realtime import blocks
 from true_diffuse.addon.realtime.laws import Law
 from true_diffuse.addon.realtime.program import Light, Paint, Variant, declared, surface
-from true_diffuse.addon.studies import contest
-from true_diffuse.addon.studies.contest import Setting
+from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal
+from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.startup import run_script
+from true_diffuse.scripts.studies import frame_time
+from true_diffuse.scripts.studies.frame_time import Setting
 
 if TYPE_CHECKING:
     import moderngl
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 RESOLUTION, QUICK_RESOLUTION = (1920, 1080), (480, 270)
 LARGEST = 16384  # pixels each way
-MOST_LAMPS = len(contest.SUNS)
+MOST_LAMPS = len(frame_time.SUNS)
 GPU_ROUNDS, MOST_ROUNDS = 101, 10000
 RINGS = 192  # of a body, each of twice as many quads: 5 x 147 000 triangles, about as many as the five characters have
 BODIES = 5
@@ -205,14 +205,14 @@ class Stage:
         self._query = self.context.query(time=True)
 
     def prepare(self, setting: Setting) -> "Record":
-        """As `contest.Stage` has it."""
+        """As `frame_time.Stage` has it."""
         width, height = (max(1, round(length * math.sqrt(setting.pixels))) for length in self._resolution)
         if self._target.size != (width, height):
             for used in (self._target, *self._target.color_attachments, self._target.depth_attachment):
                 used.release()
             self._target = self._made(width, height)
         suns = []
-        for towards in contest.SUNS[: setting.lamps]:
+        for towards in frame_time.SUNS[: setting.lamps]:
             length = math.hypot(*towards)
             # the characters' up is z and they are seen along y; here up is y
             x, z, y = towards[0] / length, -towards[1] / length, towards[2] / length
@@ -224,10 +224,10 @@ class Stage:
         self._body, count = self._body_of(setting.triangles)
         return {"width": width, "height": height, "triangles": BODIES * count + 2}
 
-    def frame(self, law: Law) -> contest.Times:
-        """As `contest.Stage` has it. The timer is the driver's, and there only where it tells a time."""
+    def frame(self, law: Law) -> frame_time.Times:
+        """As `frame_time.Stage` has it. The timer is the driver's, and there only where it tells a time."""
         program = self._program(law)
-        shape = law.fold(contest.INPUTS)
+        shape = law.fold(frame_time.INPUTS)
         material = self.context.buffer(blocks.material((ALBEDO,) * 3, shape, (0.0,) * 3, (0.0,) * 4))
         for name, buffer in (*self._blocks.items(), ("material", material)):
             buffer.bind_to_uniform_block(BINDINGS[name])
@@ -297,7 +297,7 @@ def main() -> int:
         "--rounds",
         type=_rounds,
         metavar="N",
-        help=f"turns of each (default: {GPU_ROUNDS}, in software {contest.ROUNDS}; --quick: 2)",
+        help=f"turns of each (default: {GPU_ROUNDS}, in software {frame_time.ROUNDS}; --quick: 2)",
     )
     parser.add_argument("--mesh", type=Path, metavar="FILE", help="an .obj file to draw in place of bumpy spheres")
     parser.add_argument("--quick", action="store_true", help="a small picture, one lamp, two rounds, and not how the cost grows")
@@ -306,7 +306,7 @@ def main() -> int:
     if options.out.is_dir():
         parser.error(f"{options.out} is a folder")
     resolution = options.resolution or (QUICK_RESOLUTION if options.quick else RESOLUTION)
-    lamps = options.lamps or ((1,) if options.quick else contest.LAMPS)
+    lamps = options.lamps or ((1,) if options.quick else frame_time.LAMPS)
     rounds = options.rounds or (2 if options.quick else None)
     work = partial(bench, options.mesh, resolution, lamps, rounds, not options.quick, options.out)
     return run_script(parser.prog, options.out.parent, work)
@@ -325,14 +325,14 @@ def bench(
     """Time all, tell it, and write the records; `rounds` are None for as many as the driver has time for."""
     stage = Stage(read_obj(mesh) if mesh else None, resolution)
     if rounds is None:
-        rounds = contest.ROUNDS if contest.is_software(stage.renderer) else GPU_ROUNDS
-    with terminal.progress(contest.work(stage, lamps, rounds, grows)) as progress:
-        records = list(contest.records(stage, lamps, rounds, grows, progress))
-    contest.tell(records, stage.renderer, terminal)
+        rounds = frame_time.ROUNDS if frame_time.is_software(stage.renderer) else GPU_ROUNDS
+    with terminal.progress(frame_time.work(stage, lamps, rounds, grows)) as progress:
+        records = list(frame_time.records(stage, lamps, rounds, grows, progress))
+    frame_time.tell(records, stage.renderer, terminal)
     environment = {
         "renderer": stage.renderer,
         "driver": stage.version,
-        "software": contest.is_software(stage.renderer),
+        "software": frame_time.is_software(stage.renderer),
         "system": platform.platform(),
         "python": platform.python_version(),
     }

@@ -20,13 +20,13 @@ import moderngl
 from pxr import Tf, Usd, UsdShade, UsdValidation
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
-import materialx_code
-from console import Parser, Terminal, script_arguments
 from true_diffuse.addon import models
 from true_diffuse.addon.models import Model
 from true_diffuse.addon.models.vector import Vector, dot
+from true_diffuse.scripts.cli.console import Parser, Terminal, script_arguments
+from true_diffuse.scripts.studies import materialx_code
 
-KEY = "trueDiffuse"  # of the custom data, see addon/usd/surface.py
+KEY = "trueDiffuse"  # of the custom data, see addon/material/surface.py
 LIGHT: Vector = (0.0, 0.0, 1.0)
 COUNT = 64 * materialx_code.WIDTH
 

@@ -20,19 +20,20 @@ from typing import TYPE_CHECKING
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import jobs
-from console import BadInput, Parser, Terminal, script_arguments
-from frame import engine_list, load_bpy, run_script, sample_count, start_blender
-from outputs import Staging
+import checkout  # noqa: F401 - makes this checkout the package true_diffuse
+from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, script_arguments
+from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.startup import engine_list, load_bpy, run_script, sample_count, start_blender
+from true_diffuse.scripts.farm import jobs
 
 if TYPE_CHECKING:
-    from true_diffuse.addon.engines import Engine
-    from true_diffuse.addon.leave_out.simplify import Finding
+    from true_diffuse.addon.blender.engines import Engine
     from true_diffuse.addon.measure.record import Record
-    from true_diffuse.addon.studies.batch.face import Face
-    from true_diffuse.addon.studies.batch.face import Order as FaceOrder
-    from true_diffuse.addon.studies.batch.five import Five, Order
-    from true_diffuse.addon.tolerance import Choice
+    from true_diffuse.addon.optimize.optimize import Finding
+    from true_diffuse.addon.probe.tolerance import Choice
+    from true_diffuse.scripts.farm.face import Face
+    from true_diffuse.scripts.farm.face import Order as FaceOrder
+    from true_diffuse.scripts.farm.five import Five, Order
 
 REPORT, OUT = Path("report/report.json"), Path("comparison")
 LEAVE_OUT = {"leave_out": True}  # searchlight builds its scene anew for every ring
@@ -216,8 +217,7 @@ def _sigmas(text: str) -> tuple[float, ...]:
 
 
 def _tolerance(text: str) -> float:
-    import checkout  # noqa: F401 - makes this checkout the package true_diffuse
-    from true_diffuse.addon.tolerance import parse_percent
+    from true_diffuse.addon.probe.tolerance import parse_percent
 
     try:
         return parse_percent(text)
@@ -240,7 +240,7 @@ def compare(options: Options, staging: Staging, terminal: Terminal) -> None:
 
 def publish(options: Options, chosen: list["Engine"], staging: Staging, found: dict[str, object]) -> list[str]:
     """Write what was `found` with the machine and the options as compare.json, publish all files and return their names."""
-    from true_diffuse.addon.studies.environment import environment
+    from true_diffuse.addon.probe.environment import environment
 
     staging.write_json("compare.json", {**found, "environment": environment(chosen), "options": vars_of(options)})
     return staging.publish()
@@ -252,7 +252,7 @@ def _samples_of(options: Options, engine: "Engine") -> int:
 
 def order_of(options: Options, engines: Sequence[str], choices: Mapping[str, "Choice"]) -> "Order":
     """Return what the options order of the five characters. Raises BadInput where a character's file is not there."""
-    from true_diffuse.addon.studies.batch.five import CHUNK, Order, Way
+    from true_diffuse.scripts.farm.five import CHUNK, Order, Way
 
     defaults = SCENES["five"].samples
     return Order(
@@ -288,8 +288,8 @@ def order_job(options: Options, staging: Staging, terminal: Terminal) -> None:
 
 def compare_five(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
     """Compare the five characters with the analytic models."""
-    from true_diffuse.addon.studies import five, pictures
-    from true_diffuse.addon.studies.batch.five import Five, collect
+    from true_diffuse.scripts.farm.five import Five, collect
+    from true_diffuse.scripts.studies import five, pictures
 
     choices = _pick(options, chosen, terminal)
     order = order_of(options, [engine.key for engine in chosen], choices)
@@ -310,7 +310,7 @@ def compare_five(options: Options, chosen: list["Engine"], staging: Staging, ter
 
 def _do_all[C](worker: "Five | Face", collect: Callable[..., C], staging: Staging, terminal: Terminal) -> C:
     """Do all parts of a worker's order and return what they come to, pictures staged. Raises BadInput where one cannot be done."""
-    from true_diffuse.addon.studies.batch.results import BatchError, Results
+    from true_diffuse.scripts.farm.results import BatchError, Results
 
     with tempfile.TemporaryDirectory(prefix="parts_", dir=staging.folder) as folder:
         results = Results(Path(folder), "")
@@ -325,8 +325,8 @@ def _do_all[C](worker: "Five | Face", collect: Callable[..., C], staging: Stagin
 
 def _pick(options: Options, chosen: list["Engine"], terminal: Terminal) -> dict[str, "Choice"]:
     """Return mode and samples for each engine by its key, having said what they are; nothing where no error was asked for."""
-    from true_diffuse.addon import tolerance
-    from true_diffuse.addon.studies.environment import environment
+    from true_diffuse.addon.probe import tolerance
+    from true_diffuse.addon.probe.environment import environment
 
     if options.error is None or options.report is None:
         return {}
@@ -350,7 +350,7 @@ def _got(
 ) -> dict[str, dict[str, object]]:
     """Return what was picked and what came of it, by engine, and say so: the largest error of the rough characters."""
     from true_diffuse.addon.measure.record import LABELS
-    from true_diffuse.addon.tolerance import percent
+    from true_diffuse.addon.probe.tolerance import percent
 
     found = {}
     for key, choice in choices.items():
@@ -366,7 +366,7 @@ def _got(
 
 def _tell_left_out(found: Mapping[str, list["Finding"]], terminal: Terminal) -> None:
     """Restore the materials, and say what was left out of them, by engine."""
-    from true_diffuse.addon.leave_out.simplify import COLUMNS, restore, rows
+    from true_diffuse.addon.optimize.optimize import COLUMNS, restore, rows
 
     restore()
     for label, findings in found.items():
@@ -376,7 +376,7 @@ def _tell_left_out(found: Mapping[str, list["Finding"]], terminal: Terminal) -> 
 
 def face_order(options: Options, engines: Sequence[str]) -> "FaceOrder":
     """Return what the options order of the face. Raises BadInput where a character's file is not there."""
-    from true_diffuse.addon.studies.batch.face import Order
+    from true_diffuse.scripts.farm.face import Order
 
     return Order(
         characters=jobs.characters(options.characters),
@@ -389,9 +389,9 @@ def face_order(options: Options, engines: Sequence[str]) -> "FaceOrder":
 
 def compare_face(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
     """Compare the engines' heads with BRDF, BSSRDF and the mixed model with those of Cycles, region by region."""
-    from true_diffuse.addon.studies import face as study
-    from true_diffuse.addon.studies import pictures
-    from true_diffuse.addon.studies.batch.face import Face, collect
+    from true_diffuse.scripts.farm.face import Face, collect
+    from true_diffuse.scripts.studies import face as study
+    from true_diffuse.scripts.studies import pictures
 
     order = face_order(options, [engine.key for engine in chosen])
     worker = Face(order, chosen)
@@ -407,7 +407,7 @@ def compare_face(options: Options, chosen: list["Engine"], staging: Staging, ter
 
 def compare_searchlight(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
     """Compare where a narrow beam's light leaves a slab with Burley and the dipole."""
-    from true_diffuse.addon.studies import searchlight
+    from true_diffuse.scripts.studies import searchlight
 
     if options.save_blend:
         raise BadInput("--scene searchlight has no scene to save: it is built anew for every ring")

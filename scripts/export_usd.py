@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from console import BadInput, Parser, Terminal, script_arguments
-from frame import load_character, run_script, start_blender
-from outputs import Staging
+import checkout  # noqa: F401 - makes this checkout the package true_diffuse
+from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, script_arguments
+from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.startup import load_character, run_script, start_blender
 
 if TYPE_CHECKING:
     import bpy
@@ -96,7 +97,8 @@ def _scene(options: Namespace) -> "bpy.types.Scene":
         except RuntimeError as error:
             raise BadInput(f"Blender cannot open {options.scene}: {' '.join(str(error).split())}") from error
         return bpy.context.scene
-    from true_diffuse.scenes import face, five_characters
+    from true_diffuse.scenes import five_characters
+    from true_diffuse.scripts.characters import face
 
     human = options.character == "human"
     mesh = load_character(options.character)

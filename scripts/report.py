@@ -18,16 +18,17 @@ from typing import TYPE_CHECKING, Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import jobs
-from console import BadInput, Parser, Terminal, script_arguments
-from frame import ENGINE_KEYS, engine_list, load_bpy, load_character, run_script, start_blender
-from outputs import Staging
+import checkout  # noqa: F401 - makes this checkout the package true_diffuse
+from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, script_arguments
+from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.startup import ENGINE_KEYS, engine_list, load_bpy, load_character, run_script, start_blender
+from true_diffuse.scripts.farm import jobs
 
 if TYPE_CHECKING:
-    from true_diffuse.addon.engines import Engine
+    from true_diffuse.addon.blender.engines import Engine
     from true_diffuse.addon.measure.record import Record
-    from true_diffuse.addon.studies.work_precision.journal import Journal, Notes
-    from true_diffuse.addon.studies.work_precision.stages import Stage
+    from true_diffuse.scripts.studies.work_precision.journal import Journal, Notes
+    from true_diffuse.scripts.studies.work_precision.test_scenes import Stage
 
 SCENES = ("sphere", "furnace", "five", "face")
 VERSION = 1  # of report.json
@@ -73,8 +74,8 @@ def main() -> int:
 def report(options: Namespace, staging: Staging, terminal: Terminal) -> None:
     """Measure what is not measured yet, write everything into `staging` and publish it."""
     engines = start_blender(options.engine, terminal)
-    from true_diffuse.addon.studies.environment import environment
-    from true_diffuse.addon.studies.work_precision import journal as journals
+    from true_diffuse.addon.probe.environment import environment
+    from true_diffuse.scripts.studies.work_precision import journal as journals
 
     machine = environment(engines)
     asked = asked_for(options.quick, [engine.key for engine in engines], options.scene, options.character[0])
@@ -104,7 +105,7 @@ def asked_for(quick: bool, engines: Sequence[str], scenes: Sequence[str], charac
 
 def write(made: dict[str, Any], journal: "Notes", prefix: str, staging: Staging) -> list[str]:
     """Stage the report, its names after `prefix`, of what a journal holds and how it was `made`; returns what it recommends."""
-    from true_diffuse.addon.studies.work_precision import page
+    from true_diffuse.scripts.studies.work_precision import page
 
     document: dict[str, Any] = {"version": VERSION, **made, **results(journal)}
     staging.write_json(f"{prefix}report.json", document)
@@ -116,7 +117,7 @@ def write(made: dict[str, Any], journal: "Notes", prefix: str, staging: Staging)
 def order(options: Namespace, staging: Staging, terminal: Terminal) -> None:
     """Write the job that measures all of it."""
     load_bpy()
-    from true_diffuse.addon.studies.batch.report import Order
+    from true_diffuse.scripts.farm.report import Order
 
     characters = jobs.characters(options.character)
     hard = not options.quick and find_spec("mpmath") is not None
@@ -136,7 +137,7 @@ def order(options: Namespace, staging: Staging, terminal: Terminal) -> None:
 
 def measure(options: Namespace, engines: list["Engine"], journal: "Journal", terminal: Terminal) -> None:
     """Build the scenes and render what is left."""
-    from true_diffuse.addon.studies.work_precision import run
+    from true_diffuse.scripts.studies.work_precision import run
 
     terminal.say("Building the scenes")
     stages = build(options, engines, journal)
@@ -150,7 +151,7 @@ def measure(options: Namespace, engines: list["Engine"], journal: "Journal", ter
 
 def shader_homes(engines: list["Engine"], journal: "Journal", terminal: Terminal) -> list[str]:
     """Return where models live that are still to be held against the formulas in all digits: GLSL, OSL."""
-    from true_diffuse.addon.osl import compiles_osl
+    from true_diffuse.addon.blender.osl import compiles_osl
 
     if find_spec("mpmath") is None:
         terminal.say("The formulas in all digits need the package mpmath: GLSL and OSL are not held against them")
@@ -162,27 +163,26 @@ def shader_homes(engines: list["Engine"], journal: "Journal", terminal: Terminal
 
 def hard_inputs(home: str, journal: "Notes") -> None:
     """Keep what a home of the models makes of random and of hard inputs, in 32-bit floats."""
-    import referee
-    from true_diffuse.addon.studies import stability_glsl, stability_osl
-    from true_diffuse.addon.studies.work_precision.stability import shaders
-    from true_diffuse.addon.studies.work_precision.stages import Silent
+    from true_diffuse.scripts.studies import reference_mpmath, stability_glsl, stability_osl
+    from true_diffuse.scripts.studies.work_precision.stability import shaders
+    from true_diffuse.scripts.studies.work_precision.test_scenes import Silent
 
-    quick = partial(referee.radiance, context=referee.DOUBLE)
+    quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
     study = stability_glsl if home == "GLSL" else stability_osl
-    found = list(study.stability(referee.radiance, quick, RANDOM_INPUTS, Silent()))
+    found = list(study.stability(reference_mpmath.radiance, quick, RANDOM_INPUTS, Silent()))
     journal.add(("shaders", home), {"records": shaders(found)})
 
 
 def build(options: Namespace, engines: list["Engine"], journal: "Journal") -> list["Stage"]:
     """Return the scenes, and keep how long each took to build."""
-    from true_diffuse.addon.studies.work_precision import stages
+    from true_diffuse.scripts.studies.work_precision import test_scenes
 
     (who,) = options.character
     made: dict[str, Callable[[], Stage]] = {
-        "sphere": lambda: stages.Sphere(engines, options.quick),
-        "furnace": lambda: stages.Furnace(engines, options.quick),
-        "five": lambda: stages.Five(engines, options.quick, load_character(who), bust=who == "human"),
-        "face": lambda: stages.FaceStage(engines, options.quick, load_character("human")),
+        "sphere": lambda: test_scenes.Sphere(engines, options.quick),
+        "furnace": lambda: test_scenes.Furnace(engines, options.quick),
+        "five": lambda: test_scenes.Five(engines, options.quick, load_character(who), bust=who == "human"),
+        "face": lambda: test_scenes.FaceStage(engines, options.quick, load_character("human")),
     }
     built = []
     for name in options.scene:
@@ -197,8 +197,8 @@ def build(options: Namespace, engines: list["Engine"], journal: "Journal") -> li
 
 def results(journal: "Notes") -> "dict[str, list[Record]]":
     """Return what report.json holds beside the machine and the options."""
-    from true_diffuse.addon.studies.work_precision import claims, cold, curves, run, stability
-    from true_diffuse.addon.studies.work_precision.contestants import SIGMA
+    from true_diffuse.scripts.studies.work_precision import claims, curves, run, stability, startup_time
+    from true_diffuse.scripts.studies.work_precision.variants import SIGMA
 
     noise = {one["scene"]: one["error"] for one in journal.of(run.NOISE)}
     found = curves.curves(journal.of(run.UNIT), journal.of(run.COLD), noise)
@@ -206,7 +206,7 @@ def results(journal: "Notes") -> "dict[str, list[Record]]":
     return {
         "scenes": list(journal.of("build")),
         "curves": found,
-        "cold": cold.records(found, journal),
+        "cold": startup_time.records(found, journal),
         "stability": list(stability.records()),
         "shaders": [record for one in journal.of("shaders") for record in one["records"]],
         "claims": claims.records(found, list(journal.of(run.FORM)), list(journal.of(run.LUMINANCE))),

@@ -19,16 +19,16 @@ from typing import TYPE_CHECKING, Any
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
-from console import BAD_INPUT, BadInput, Parser, Terminal, script_arguments
-from frame import start_blender
-from outputs import Staging
-from true_diffuse.addon.studies.batch import worker
-from true_diffuse.addon.studies.batch.bundle import JOB
-from true_diffuse.addon.studies.batch.results import BatchError, Incomplete, Results
+from true_diffuse.scripts.cli.console import BAD_INPUT, BadInput, Parser, Terminal, script_arguments
+from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.startup import start_blender
+from true_diffuse.scripts.farm import worker
+from true_diffuse.scripts.farm.bundle import JOB
+from true_diffuse.scripts.farm.results import BatchError, Incomplete, Results
 
 if TYPE_CHECKING:
-    from true_diffuse.addon.engines import Engine
-    from true_diffuse.addon.studies.batch.worker import Request, Show
+    from true_diffuse.addon.blender.engines import Engine
+    from true_diffuse.scripts.farm.worker import Request, Show
 
 KEEPER = os.getppid()  # before anything takes long: where it dies meanwhile, there would be another
 PARTS = "parts"  # the folder of the output that tasks write to
@@ -173,7 +173,7 @@ def server(options: Namespace, terminal: Terminal) -> "Callable[[Request, Show],
     """Start Blender and return what does requests."""
     document, job = read_job(options)
     if document["study"] == "report":
-        from report import NO_SHADER_CACHE
+        from true_diffuse.scripts.report import NO_SHADER_CACHE
 
         os.environ.update(NO_SHADER_CACHE)
     usable = start_blender(document["order"]["engines"], terminal)
@@ -223,7 +223,7 @@ def mapped(path: str, rules: list[dict[str, str]]) -> str:
 
 def studies() -> "dict[str, Callable[[dict[str, Any], list[Engine]], Any]]":
     """Return the studies that can be a job, by name."""
-    from jobs import CompareJob, ReportJob
+    from true_diffuse.scripts.farm.jobs import CompareJob, ReportJob
 
     return {"five": CompareJob, "face": CompareJob, "report": ReportJob}
 

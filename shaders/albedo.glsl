@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Directional albedo of the rough diffuse models: the radiance reflected towards N.V = mu of light of radiance 1 from everywhere,
 // the integral of f_r (N.L) over L. Multiplied by the sky's radiance it is the ambient term, exact where the sky is even.
-// Exact but for Oren-Nayar 1994, Wolff and the highlight of specular, which say how near they are; scripts/fit_albedo.py
-// finds their numbers, scripts/fit_lobes.py those of Wolff.
+// Exact but for Oren-Nayar 1994, Wolff and the highlight of specular, which say how near they are; scripts/fit/albedo.py
+// finds their numbers, scripts/fit/lobes.py those of Wolff.
 // GLSL 3.30 and ES 3.00 (under precision highp float); functions only, no bindings.
 // Include geometry.glsl, fujii.glsl, eon.glsl and wolff.glsl before it.
 // In all of them mu: N.V, 0 to 1, clamped, NaN gives 0. rho: the albedo, 0 to 1, clamped, NaN gives 0.

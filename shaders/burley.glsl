@@ -50,7 +50,7 @@ float burley_radius(float xi, float d)
 }
 
 // Returns the d of each channel with which the edge of a shadow is as wide as on the medium, from 25 to 75 % of the light:
-// mean free path times w(color), over 1.633, the width with d = 1; w as random walks have it (addon/models/conversion.py).
+// mean free path times w(color), over 1.633, the width with d = 1; w as random walks have it (addon/closures/subsurface_fit.py).
 // color: what the medium reflects, 0 to 1, clamped, NaN gives 0. mean_free_path: 1 / sigma_t', such that d is clamped.
 vec3 burley_d(vec3 color, vec3 mean_free_path)
 {

@@ -18,7 +18,7 @@ float coat_alpha(float roughness)
 }
 
 // Returns F, 0 to 1: Fresnel's reflectance averaged over the microfacets that the viewer sees, within 0.02 at index 1.4; that of a
-// smooth surface at the cosine sqrt(A + B mu + C mu^2) (addon/models/coat.py).
+// smooth surface at the cosine sqrt(A + B mu + C mu^2) (addon/closures/coat.py).
 // mu: N.V, 0 to 1, roughness: 0 to 1, ior: 1 to 3; clamped, NaN gives the lowest.
 float coat_fresnel(float mu, float roughness, float ior)
 {
@@ -32,7 +32,7 @@ float coat_fresnel(float mu, float roughness, float ior)
     return diffuse_range(1.0 - wolff_transmittance(max(1e-9, cosine), wolff_coefficients(ior)), 1.0);
 }
 
-// Returns E(mu), 0.3 to 1, within 1.6 % of it: a fit by scripts/fit_albedo.py, exact at mu = 0 and where alpha vanishes.
+// Returns E(mu), 0.3 to 1, within 1.6 % of it: a fit by scripts/fit/albedo.py, exact at mu = 0 and where alpha vanishes.
 // mu: N.V, 0 to 1.
 float coat_kept(float mu, float alpha)
 {

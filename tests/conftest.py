@@ -37,14 +37,14 @@ def registered() -> Iterator[None]:
 
 @pytest.fixture(scope="session")
 def eevee_runs_here() -> bool:
-    from true_diffuse.addon import engines
+    from true_diffuse.addon.blender import engines
 
     return engines.eevee_runs_here()
 
 
 @pytest.fixture(params=["eevee", "cycles"])
 def engine(request, eevee_runs_here: bool):
-    from true_diffuse.addon import engines
+    from true_diffuse.addon.blender import engines
 
     if request.param == engines.EEVEE.key and not eevee_runs_here:
         pytest.skip("EEVEE finds no graphics driver here")

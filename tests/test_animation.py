@@ -5,8 +5,8 @@ from dataclasses import astuple
 
 import pytest
 
-from true_diffuse.addon.engines import REALTIME
-from true_diffuse.addon.studies import animation
+from true_diffuse.addon.blender.engines import REALTIME
+from true_diffuse.scripts.studies import animation
 
 # Blender works keys and drivers out in 32-bit floats, the stills' values come from 64-bit ones; the render itself is the same.
 # EEVEE adds light up in 16-bit floats, of which a value at the edge between two may get the other: a step of 2^-10.

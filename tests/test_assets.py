@@ -10,11 +10,11 @@ import bpy
 
 import pytest
 
-from true_diffuse.addon import assets
-from true_diffuse.addon.appended import FILE
-from true_diffuse.addon.marks import STAMP
+from true_diffuse.addon.blender.extension import ASSET_FILE
+from true_diffuse.addon.blender.id_properties import STAMP
+from true_diffuse.addon.material import assets
+from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE
-from true_diffuse.addon.presets import PRESETS
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 
@@ -29,11 +29,11 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 def append(library: Path, kind: str, name: str) -> None:
-    assert bpy.ops.wm.append(directory=str(library / FILE / kind), filename=name) == {"FINISHED"}
+    assert bpy.ops.wm.append(directory=str(library / ASSET_FILE / kind), filename=name) == {"FINISHED"}
 
 
 def test_holds_a_material_of_each_preset_and_the_groups(library: Path) -> None:
-    with bpy.data.libraries.load(str(library / FILE), assets_only=True) as (source, _):
+    with bpy.data.libraries.load(str(library / ASSET_FILE), assets_only=True) as (source, _):
         assert set(source.materials) == {preset.name for preset in PRESETS.values()}
         assert set(source.node_groups) == {group.name for group in GROUPS}
 
@@ -42,7 +42,7 @@ def test_assets_have_catalog_tags_description_and_picture(library: Path) -> None
     lines = (library / assets.CATALOG_FILE).read_text().splitlines()
     paths = dict(line.split(":")[:2] for line in lines if re.match(r"[0-9a-f-]{36}:", line))
     assert lines[0] == "VERSION 1" and all(uuid.UUID(identity).version == 4 for identity in paths)
-    with bpy.data.libraries.load(str(library / FILE), link=True, assets_only=True) as (source, target):
+    with bpy.data.libraries.load(str(library / ASSET_FILE), link=True, assets_only=True) as (source, target):
         target.materials, target.node_groups = source.materials, source.node_groups
     kinds = {preset.name: preset.kind for preset in PRESETS.values()}
     for item in (*target.materials, *target.node_groups):
@@ -61,13 +61,13 @@ def test_adding_it_leaves_the_open_file_alone_and_registers_once(library: Path) 
     assets.add(library)
     assert len(libraries) == before
     assert [item.name for item in bpy.data.user_map()] == names
-    assert {path.name for path in library.iterdir()} == {FILE, assets.CATALOG_FILE}
+    assert {path.name for path in library.iterdir()} == {ASSET_FILE, assets.CATALOG_FILE}
 
 
 def test_removing_it_takes_its_entry_and_its_files(tmp_path: Path) -> None:
     folder = tmp_path / "assets"
     folder.mkdir()
-    (folder / FILE).write_bytes(b"")
+    (folder / ASSET_FILE).write_bytes(b"")
     libraries = bpy.context.preferences.filepaths.asset_libraries
     before = len(libraries)
     libraries.new(name="True Diffuse", directory=str(folder))

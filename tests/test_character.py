@@ -11,8 +11,9 @@ import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 
-from true_diffuse.scenes import character, five_characters
+from true_diffuse.scenes import five_characters
 from true_diffuse.scenes.subject import ALBEDO_ATTRIBUTE
+from true_diffuse.scripts.characters import character
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 

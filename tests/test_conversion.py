@@ -8,10 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fit_subsurface import width, wrenninge
-from true_diffuse.addon.models import mean_fresnel, plane_albedo
-from true_diffuse.addon.models.coat import mean_cosine
-from true_diffuse.addon.models.conversion import (
+from true_diffuse.addon.closures.coat import mean_cosine, mean_fresnel
+from true_diffuse.addon.closures.subsurface_fit import (
     BEAM,
     DARKEST,
     LEAST_ALPHA,
@@ -27,9 +25,11 @@ from true_diffuse.addon.models.conversion import (
     random_walk_legacy,
     random_walk_skin,
 )
+from true_diffuse.addon.models import plane_albedo
 from true_diffuse.addon.models.fresnel import boundary
 from true_diffuse.addon.models.quadrature import integrate
-from true_diffuse.addon.models.walk import exits
+from true_diffuse.scripts.fit.subsurface import width, wrenninge
+from true_diffuse.scripts.studies.random_walk import exits
 
 COLORS = (0.005, 0.02, 0.05, 0.1, 0.3, 0.5, 0.7, 0.85, 0.95, 0.99)
 WALKS = (random_walk, random_walk_legacy, random_walk_skin)

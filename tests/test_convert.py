@@ -8,7 +8,8 @@ import bpy
 
 import pytest
 
-from true_diffuse.addon import convert, engines
+from true_diffuse.addon.blender import engines
+from true_diffuse.addon.material import convert
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
 

@@ -5,12 +5,13 @@ import bpy
 
 import pytest
 
-from true_diffuse.addon import engines, materials
-from true_diffuse.addon.claims import MODELS
-from true_diffuse.addon.leave_out.simplify import simplify
-from true_diffuse.addon.marks import LEAST_FOR
+from true_diffuse.addon.blender import engines
+from true_diffuse.addon.blender.id_properties import LEAST_FOR
+from true_diffuse.addon.material import materials
+from true_diffuse.addon.material.summary import MODELS
 from true_diffuse.addon.models import CyclesDiffuse, Eon, Lambert
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
+from true_diffuse.addon.optimize.optimize import simplify
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
 
 pytestmark = [pytest.mark.render, pytest.mark.usefixtures("empty_file")]

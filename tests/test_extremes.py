@@ -21,11 +21,11 @@ from true_diffuse.addon.models import (
     Pits,
     Specular,
     Wolff,
-    WolffOrenNayar,
     directional_albedo,
 )
 from true_diffuse.addon.models.oren_nayar import as_printed
 from true_diffuse.addon.models.vector import Vector, add, from_polar, normalize, scale
+from true_diffuse.scripts.studies.wolff_oren_nayar import WolffOrenNayar
 
 type Make = Callable[[float], Model]
 

@@ -6,11 +6,11 @@ from itertools import pairwise
 
 import pytest
 
-from true_diffuse.addon import engines
-from true_diffuse.addon.presets import PRESETS
-from true_diffuse.addon.studies import face as study
-from true_diffuse.scenes import character, face
-from true_diffuse.scenes.human import REGION_ATTRIBUTE, REGIONS
+from true_diffuse.addon.blender import engines
+from true_diffuse.addon.material.presets import PRESETS
+from true_diffuse.scripts.characters import character, face
+from true_diffuse.scripts.characters.human import REGION_ATTRIBUTE, REGIONS
+from true_diffuse.scripts.studies import face as study
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 

@@ -13,12 +13,12 @@ from pathlib import Path
 
 import pytest
 
-import bench_glsl
-from true_diffuse.addon.glsl import source
+from true_diffuse.addon.blender.glsl import source
 from true_diffuse.addon.models import OrenNayar
 from true_diffuse.addon.realtime import blocks, program
-from true_diffuse.addon.studies import contest
-from true_diffuse.addon.studies.contest import CONTESTANTS, LAMBERT, OREN_NAYAR, PLAIN, PLAIN_LAMBERT, Setting
+from true_diffuse.scripts import bench_glsl
+from true_diffuse.scripts.studies import frame_time
+from true_diffuse.scripts.studies.frame_time import CONTESTANTS, LAMBERT, OREN_NAYAR, PLAIN, PLAIN_LAMBERT, Setting
 
 SCRIPT = Path(bench_glsl.__file__)
 ROUND = 2e-6  # of radiances up to 1, after some ten operations in 32 bits
@@ -108,11 +108,11 @@ def test_wall_is_as_bright_as_its_models_say(stage, lamps: int) -> None:
     wide = 2.0 * 4.3 * 14.0 / 12.0
     eye = (-x * wide, -y * wide * height / width, 14.0)
     v = tuple(part / math.hypot(*eye) for part in eye)
-    suns = [(x, z, -y) for x, y, z in contest.SUNS[:lamps]]
+    suns = [(x, z, -y) for x, y, z in frame_time.SUNS[:lamps]]
     suns = [tuple(part / math.hypot(*sun) for part in sun) for sun in suns]
     irradiance = math.pi / lamps
     lambert = 0.8 / math.pi * irradiance * sum(l[2] for l in suns)
-    model = OrenNayar(contest.SIGMA)
+    model = OrenNayar(frame_time.SIGMA)
     rough = irradiance * sum(model.radiance((0.0, 0.0, 1.0), l, v, 0.8) for l in suns)
     for name, expected in ((LAMBERT, lambert), (PLAIN_LAMBERT, lambert), (OREN_NAYAR, rough), (PLAIN[-1], rough)):
         assert drawn(stage, name)[:4] == pytest.approx([expected] * 3 + [1.0], abs=ROUND), name
@@ -177,26 +177,26 @@ class Told:
 
 def test_contestants_take_turns_in_either_order() -> None:
     stage = Counted()
-    contest.compare(stage, Setting(1), CONTESTANTS, 3, Told())
+    frame_time.compare(stage, Setting(1), CONTESTANTS, 3, Told())
     names = list(CONTESTANTS)
     assert stage.order == names + names + names[::-1] + names  # the first for the compiler
 
 
 def test_records_have_the_ratio_and_the_growth_of_what_was_timed() -> None:
     stage, told = Counted(), Told()
-    records = list(contest.records(stage, (1, 2, 4), 3, True, told))
-    assert told.work == pytest.approx(contest.work(stage, (1, 2, 4), 3, True))
+    records = list(frame_time.records(stage, (1, 2, 4), 3, True, told))
+    assert told.work == pytest.approx(frame_time.work(stage, (1, 2, 4), 3, True))
     (ratio,) = (r["over_lambert"] for r in records if r["law"] == OREN_NAYAR and r.get("lit_by") == "4 suns")
     assert ratio == pytest.approx((3.0 + 0.5 * 4) / (3.0 + 0.25 * 4))
     grown = {r["grows_with"]: (r["start"], r["slope"], r["off"]) for r in records if "grows_with" in r and r["law"] == OREN_NAYAR}
     assert grown["lamps"] == pytest.approx((3.0, 0.5, 0.0))
     assert grown["pixels"] == pytest.approx((3.0, 2.0, 0.0))  # by the million; 4 lamps
     assert grown["triangles"] == pytest.approx((3.0, 2.0, 0.0))
-    columns, rows = contest.table(records, "readback", False)
+    columns, rows = frame_time.table(records, "readback", False)
     assert columns[1:] == ("1 sun", "2 suns", "4 suns")
     assert [row[0] for row in rows] == list(CONTESTANTS)
     assert not any("ms" in cell for row in rows for cell in row)
-    assert all("ms" in cell for row in contest.table(records, "readback", True)[1] for cell in row[1:])
+    assert all("ms" in cell for row in frame_time.table(records, "readback", True)[1] for cell in row[1:])
 
 
 @pytest.mark.parametrize(
@@ -204,7 +204,7 @@ def test_records_have_the_ratio_and_the_growth_of_what_was_timed() -> None:
     [("llvmpipe (LLVM 15.0.6, 256 bits)", True), ("NVIDIA H200/PCIe/SSE2", False), ("AMD Radeon RX 7900 XTX", False)],
 )
 def test_software_is_told_from_hardware(name: str, software: bool) -> None:
-    assert contest.is_software(name) is software
+    assert frame_time.is_software(name) is software
 
 
 def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -262,10 +262,10 @@ def test_bench_without_a_driver_says_so(tmp_path: Path) -> None:
 def test_characters_are_drawn_alike_by_all_forms(eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("Realtime finds no graphics driver here")
-    from true_diffuse.addon.studies import frames
-    from true_diffuse.scenes import character
+    from true_diffuse.scripts.characters import character
+    from true_diffuse.scripts.studies import realtime_frames
 
-    stage = frames.Stage(character.load("monkey"), SIZE)
+    stage = realtime_frames.Stage(character.load("monkey"), SIZE)
     sizes = {detail: stage.prepare(Setting(2, triangles=detail))["triangles"] for detail in stage.details}
     # quads are cut into eight triangles of two, and what few triangles there are into six
     assert sizes[4.0] == pytest.approx(4 * sizes[1.0], rel=0.05)

@@ -25,11 +25,11 @@ from openjd.model import (
     preprocess_job_parameters,
 )
 
-from true_diffuse.addon.osl import compiles_osl
-from true_diffuse.addon.studies.batch import inputs, worker
-from true_diffuse.addon.studies.batch.bundle import WORDS
-from true_diffuse.addon.studies.batch.bundle import yaml as as_yaml
-from true_diffuse.addon.studies.batch.results import BatchError, Incomplete, Results
+from true_diffuse.addon.blender.osl import compiles_osl
+from true_diffuse.scripts.farm import inputs, worker
+from true_diffuse.scripts.farm.bundle import WORDS
+from true_diffuse.scripts.farm.bundle import yaml as as_yaml
+from true_diffuse.scripts.farm.results import BatchError, Incomplete, Results
 
 SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
 SMALL = ("--character", "monkey", "--engine", "cycles", "--resolution", "96x36", "--samples", "2")

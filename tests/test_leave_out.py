@@ -11,14 +11,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from true_diffuse.addon import engines, materials, usd
-from true_diffuse.addon.leave_out import arithmetic
-from true_diffuse.addon.leave_out.check import check
-from true_diffuse.addon.leave_out.simplify import Finding, remove_unused, restore, simplify
-from true_diffuse.addon.marks import LEAST_FOR
+from true_diffuse.addon import usd
+from true_diffuse.addon.blender import engines
+from true_diffuse.addon.blender.id_properties import LEAST_FOR
+from true_diffuse.addon.blender.osl import compiles_osl
+from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group, lamps
-from true_diffuse.addon.osl import compiles_osl
+from true_diffuse.addon.optimize import arithmetic
+from true_diffuse.addon.optimize.invalidate import check
+from true_diffuse.addon.optimize.optimize import Finding, remove_unused, restore, simplify
 from true_diffuse.scenes.sphere import SphereUnderSun, sphere_under_sun
 
 pytestmark = pytest.mark.usefixtures("empty_file")
@@ -333,9 +335,9 @@ def scatters(finding: Finding) -> bool:
 
 
 def test_scattering_goes_where_it_blurs_less_than_half_a_pixel() -> None:
-    # White matter's edge is 2.44 mean free paths wide from 25 to 75 % (models.conversion.WIDTH at color 1), and 3.105 times that
-    # from 10 to 90 % (Burley's profile, tests/test_subsurface_models.py). The sphere is in front of a 125 mm lens on a 36 mm frame:
-    # at its nearest point, 7 m off, a picture of 16 pixels has pixels of 7 x 36 / 125 / 16 = 0.126 m.
+    # White matter's edge is 2.44 mean free paths wide from 25 to 75 % (closures.subsurface_fit.WIDTH at color 1), and 3.105 times
+    # that from 10 to 90 % (Burley's profile, tests/test_subsurface_models.py). The sphere is in front of a 125 mm lens on a frame
+    # of 36 mm: at its nearest point, 7 m off, a picture of 16 pixels has pixels of 7 x 36 / 125 / 16 = 0.126 m.
     half_a_pixel = 1000.0 * 0.5 * 7.0 * 36.0 / 125.0 / 16.0 / (2.44 * 3.105)
     sphere, node = shown(SUBSURFACE, Color=(1.0, 1.0, 1.0, 1.0))
     for share, seen in ((0.95, False), (1.05, True)):

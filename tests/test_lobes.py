@@ -6,8 +6,10 @@ import math
 import mpmath
 import pytest
 
-import fit_lobes
-from true_diffuse.addon.measure.lobe_error import lobe_error
+from true_diffuse.addon.closures.lobe import CYCLES, PAIR, SIGNED, SINGLE, cycles_bump_shadowing
+from true_diffuse.addon.closures.lobe_error import lobe_error
+from true_diffuse.addon.closures.lobe_table import TABLE, TRANSMITTANCE
+from true_diffuse.addon.closures.lobes import Rendered, average_transmittance, expansion
 from true_diffuse.addon.models import (
     CyclesDiffuse,
     Eon,
@@ -20,10 +22,8 @@ from true_diffuse.addon.models import (
     Wolff,
     directional_albedo,
 )
-from true_diffuse.addon.models.lobe import CYCLES, PAIR, SIGNED, SINGLE, cycles_bump_shadowing
-from true_diffuse.addon.models.lobe_table import TABLE, TRANSMITTANCE
-from true_diffuse.addon.models.lobes import Rendered, average_transmittance, expansion
 from true_diffuse.addon.models.vector import from_polar
+from true_diffuse.scripts.fit import lobes
 
 N = (0.0, 0.0, 1.0)
 SCHEMES = (SINGLE, PAIR, SIGNED, CYCLES)
@@ -107,14 +107,14 @@ def test_average_transmittance_equals_walshs_closed_form() -> None:
 
 
 def test_table_is_what_the_fit_gives() -> None:
-    table = fit_lobes.fit_all(fit_lobes.ORDER, fit_lobes.VIEWS)
+    table = lobes.fit_all(lobes.ORDER, lobes.VIEWS)
     for scheme, families in TABLE.items():
-        for family, (lobes, weights) in families.items():
-            assert table[scheme][family].lobes == lobes
+        for family, (directions, weights) in families.items():
+            assert table[scheme][family].lobes == directions
             for name, row in weights.items():
                 for written, fitted in zip(row, table[scheme][family].weights[name], strict=True):
                     assert written == pytest.approx(fitted, rel=1e-4, abs=1e-4)  # written with 5 digits
-    assert fit_lobes.transmittance(fit_lobes.ORDER) == pytest.approx(TRANSMITTANCE, rel=1e-4)
+    assert lobes.transmittance(lobes.ORDER) == pytest.approx(TRANSMITTANCE, rel=1e-4)
 
 
 @pytest.mark.parametrize("n_dot_l", [1e-9, 0.2, 0.999])

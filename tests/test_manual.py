@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-import manual
-from true_diffuse.addon.measure import picture
 from true_diffuse.addon.measure.render import openimageio
 from true_diffuse.addon.nodes import GROUPS, Group
+from true_diffuse.scripts.release import manual
+from true_diffuse.scripts.studies import picture
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 

@@ -20,13 +20,13 @@ from true_diffuse.addon.models import (
     Pits,
     Specular,
     Wolff,
-    WolffOrenNayar,
     average_albedo,
     directional_albedo,
 )
 from true_diffuse.addon.models.oren_nayar import as_printed, coefficients
 from true_diffuse.addon.models.quadrature import gauss_legendre
 from true_diffuse.addon.models.vector import from_polar
+from true_diffuse.scripts.studies.wolff_oren_nayar import WolffOrenNayar
 
 mpmath.mp.dps = 50
 N = (0.0, 0.0, 1.0)

@@ -10,7 +10,10 @@ import mpmath
 import pytest
 from mathutils import Vector
 
-from true_diffuse.addon import engines, materials
+from true_diffuse.addon.blender import engines
+from true_diffuse.addon.closures.lobe import CYCLES, PAIR, SIGNED, SINGLE
+from true_diffuse.addon.closures.lobes import Rendered
+from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.models import (
     CyclesDiffuse,
@@ -25,13 +28,11 @@ from true_diffuse.addon.models import (
     Wolff,
     directional_albedo,
 )
-from true_diffuse.addon.models.lobe import CYCLES, PAIR, SIGNED, SINGLE
-from true_diffuse.addon.models.lobes import Rendered
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, lamps
 from true_diffuse.addon.nodes.rough_models import KINDS
-from true_diffuse.addon.studies import robustness
-from true_diffuse.addon.studies.rough import SPECULAR
 from true_diffuse.scenes.sphere import COLOR, sky, sphere_under_sun, three_lights
+from true_diffuse.scripts.studies import robustness
+from true_diffuse.scripts.studies.rough import SPECULAR
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 

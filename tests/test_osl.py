@@ -11,14 +11,15 @@ import bpy
 
 import pytest
 
-import fit_ramps
-import referee
-from true_diffuse.addon import engines, materials, models
-from true_diffuse.addon.measure import judge, osl, render
+from true_diffuse.addon import models
+from true_diffuse.addon.blender import engines
+from true_diffuse.addon.blender.osl import SHADERS
+from true_diffuse.addon.material import materials
+from true_diffuse.addon.measure import render
 from true_diffuse.addon.models import Model, directional_albedo
-from true_diffuse.addon.osl import SHADERS
-from true_diffuse.addon.studies import stability_osl
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
+from true_diffuse.scripts.fit import ramps
+from true_diffuse.scripts.studies import float32_accuracy, osl_values, reference_mpmath, stability_osl
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 
@@ -47,13 +48,13 @@ def shaped(model: str) -> list[tuple[str, tuple[float, ...]]]:
     return [(model, shape) for shape in SHAPES.get(model, [(0.33,), (1.0,)])]
 
 
-EVERY = [case for model in osl.MODELS for case in shaped(model)]
+EVERY = [case for model in osl_values.MODELS for case in shaped(model)]
 
 
 def material_of(model: str, shape: tuple[float, ...], **inputs) -> bpy.types.Material:
     names = ("IOR",) if model == "wolff" else ("Roughness",)
     inputs |= dict(zip(names, shape, strict=False))
-    return materials.create_osl("OSL", "rough_diffuse", Model=osl.MODELS.index(model), **inputs)
+    return materials.create_osl("OSL", "rough_diffuse", Model=osl_values.MODELS.index(model), **inputs)
 
 
 def script_of(material: bpy.types.Material) -> bpy.types.Node:
@@ -86,7 +87,7 @@ def test_osl_explains_every_parameter(tmp_path) -> None:
         assert metadata["label"] and metadata["help"] and not metadata["help"].endswith(".")
         assert name == "BSDF" or metadata["min"] < metadata["max"]
     options = [option.split(":")[1] for option in parameters["Model"]["options"].split("|")]
-    assert options == [str(index) for index in range(len(osl.MODELS))]
+    assert options == [str(index) for index in range(len(osl_values.MODELS))]
 
 
 def test_osl_has_the_numbers_of_the_fit() -> None:
@@ -97,8 +98,8 @@ def test_osl_has_the_numbers_of_the_fit() -> None:
     }
     number = r"(-?\d+\.\d+)"
     pairs = [[float(x) for x in pair] for pair in re.findall(rf"mix\({number}, {number}, mu\)", text)]
-    ramps, others = fit_ramps.fit_all()
-    assert arrays == {name: pytest.approx(values, rel=1e-3) for name, values in ramps.items()}  # written with 4 digits
+    fitted, others = ramps.fit_all()
+    assert arrays == {name: pytest.approx(values, rel=1e-3) for name, values in fitted.items()}  # written with 4 digits
     assert pairs == [pytest.approx(pair, rel=1e-3) for pair in others.values()]
 
 
@@ -106,11 +107,17 @@ def test_osl_has_the_numbers_of_the_fit() -> None:
 @pytest.mark.render
 def test_osl_is_as_near_its_formulas_over_all_lights_as_it_says() -> None:
     oren_nayar, oren_nayar_1994 = (
-        [osl.Shown(model, MAKE[model](sigma), sigma) for sigma in (0.2, 0.33, 1.0)] for model in ("oren_nayar", "oren_nayar_1994")
+        [osl_values.Shown(model, MAKE[model](sigma), sigma) for sigma in (0.2, 0.33, 1.0)]
+        for model in ("oren_nayar", "oren_nayar_1994")
     )
-    others = [osl.Shown("wolff", models.Wolff()), *(osl.Shown("pits", models.Pits(), albedo=x) for x in (1.0, 0.8, 0.5, 0.2))]
-    exact = [osl.Shown(model, MAKE[model](*shape), *shape) for model, shape in EVERY if model in osl.EXACT[2:]]
-    errors = osl.lobe_errors([*oren_nayar, *oren_nayar_1994, *others, *exact, osl.Shown("lambert", models.OrenNayar(0.33))])
+    others = [
+        osl_values.Shown("wolff", models.Wolff()),
+        *(osl_values.Shown("pits", models.Pits(), albedo=x) for x in (1.0, 0.8, 0.5, 0.2)),
+    ]
+    exact = [osl_values.Shown(model, MAKE[model](*shape), *shape) for model, shape in EVERY if model in osl_values.EXACT[2:]]
+    errors = osl_values.lobe_errors(
+        [*oren_nayar, *oren_nayar_1994, *others, *exact, osl_values.Shown("lambert", models.OrenNayar(0.33))]
+    )
     said = [0.0004, 0.0008, 0.0016, 0.0026, 0.0047, 0.0096, 0.008, 0.0295, 0.0465, 0.0805, 0.1135]
     assert all(error < limit for error, limit in zip(errors, said, strict=False))
     assert max(errors[len(said) : -1]) < 1e-6
@@ -141,14 +148,15 @@ class Nobody:
 
 @pytest.fixture(scope="module")
 def records() -> dict[tuple[str, str], dict]:
-    quick = partial(referee.radiance, context=referee.DOUBLE)
+    quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
     return {
-        (record["model"], record["case"]): record for record in stability_osl.stability(referee.radiance, quick, 1000, Nobody())
+        (record["model"], record["case"]): record
+        for record in stability_osl.stability(reference_mpmath.radiance, quick, 1000, Nobody())
     }
 
 
 @pytest.mark.render
-@pytest.mark.parametrize("model", osl.EXACT)
+@pytest.mark.parametrize("model", osl_values.EXACT)
 def test_osl_is_as_near_its_formula_as_cycles_own_floats(model: str, records) -> None:
     for case in ("random", "aligned", "albedo", "shape", "normal", "no normal"):
         record = records[model, case]
@@ -160,23 +168,23 @@ def test_osl_is_as_near_its_formula_as_cycles_own_floats(model: str, records) ->
 
 
 @pytest.mark.render
-@pytest.mark.parametrize("model", osl.MODELS)
+@pytest.mark.parametrize("model", osl_values.MODELS)
 def test_osl_is_never_infinite_or_negative(model: str, records) -> None:
     assert all(record["finite"] for key, record in records.items() if key[0] == model)
 
 
 @pytest.mark.render
 def test_osl_records_have_a_line_each_for_people(records) -> None:
-    columns, rows = judge.table(list(records.values()))
+    columns, rows = float32_accuracy.table(list(records.values()))
     assert [row[columns.index("Home")] for row in rows] == ["osl"] * len(records)
 
 
 @pytest.mark.render
 @pytest.mark.parametrize("model", ["oren_nayar", "oren_nayar_1994", "pits", "wolff"])
 def test_osl_without_light_in_the_albedo_is_black(model: str) -> None:
-    (sun,) = osl.suns([(0.6, 0.0, 0.8)])
-    inputs = [osl.Inputs(model, sun, osl.VIEWER, albedo) for albedo in (0.0, -1.0, math.nan)]
-    assert osl.evaluate(inputs) == [(0.0, 0.0, 0.0)] * 3
+    (sun,) = osl_values.suns([(0.6, 0.0, 0.8)])
+    inputs = [osl_values.Inputs(model, sun, osl_values.VIEWER, albedo) for albedo in (0.0, -1.0, math.nan)]
+    assert osl_values.evaluate(inputs) == [(0.0, 0.0, 0.0)] * 3
 
 
 @pytest.mark.render

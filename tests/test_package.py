@@ -12,15 +12,24 @@ from pathlib import Path, PurePosixPath
 
 import pytest
 
-import package as script
+from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.nodes import GROUPS
-from true_diffuse.addon.presets import PRESETS
+from true_diffuse.scripts.release import package as script
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDERS = {"__init__.py", "blender_manifest.toml", "LICENSE", "addon", "shaders", "scenes"}
 NETWORK = {"socket", "ssl", "http", "urllib", "ftplib", "smtplib", "asyncio", "xmlrpc", "webbrowser", "requests"}
 # Imported by Blender itself, of this machine, or by no code that enabling runs
-HEAVY = ("pxr", "MaterialX", "OpenImageIO", "numpy", "true_diffuse.addon.models", "true_diffuse.addon.nodes", "true_diffuse.scenes")
+HEAVY = (
+    "pxr",
+    "MaterialX",
+    "OpenImageIO",
+    "numpy",
+    "true_diffuse.addon.models",
+    "true_diffuse.addon.closures",
+    "true_diffuse.addon.nodes",
+    "true_diffuse.scenes",
+)
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +69,7 @@ def test_package_is_small(package: Path) -> None:
 
 def test_package_holds_no_test_cache_or_script(names: list[str]) -> None:
     assert {name.split("/")[0] for name in names} == FOLDERS
-    assert not [name for name in names if name.endswith((".oso", ".pyc", ".md", ".zip", ".blend")) or "/." in name]
+    assert not [name for name in names if name.endswith((".oso", ".pyc", ".zip", ".blend")) or "/." in name]
     pictures = {f"addon/previews/{key}.webp" for key in (*PRESETS, *(group.key for group in GROUPS))}
     assert {name for name in names if name.endswith((".png", ".webp", ".svg", ".jpg"))} == pictures
 

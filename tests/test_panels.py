@@ -11,15 +11,16 @@ import bpy
 
 import pytest
 
-from true_diffuse.addon import materials
-from true_diffuse.addon.claims import claim_of, stated_error
-from true_diffuse.addon.engines import CYCLES, EEVEE, REALTIME
-from true_diffuse.addon.leave_out.simplify import simplify
+from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME
+from true_diffuse.addon.material import materials
+from true_diffuse.addon.material.summary import claim_of, stated_error
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, lamps
 from true_diffuse.addon.operators import tolerance as tolerance_operator
-from true_diffuse.addon.studies import probe, robustness
-from true_diffuse.addon.studies.environment import environment
+from true_diffuse.addon.optimize.optimize import simplify
+from true_diffuse.addon.probe import measurement
+from true_diffuse.addon.probe.environment import environment
 from true_diffuse.addon.ui import panels, plots
+from true_diffuse.scripts.studies import robustness
 
 
 @pytest.fixture(autouse=True)
@@ -223,8 +224,8 @@ def test_stated_limit_of_highlights_is_eevees(eevee_runs_here: bool) -> None:
 
 def test_measurement_is_shown_until_the_settings_change() -> None:
     material = clay(Roughness=0.33)
-    setup = probe.Setup.of(bpy.context.scene)
-    panels.findings[material.session_uid] = probe.Finding(claim_of(material), setup, "GPU", 0.027, 0.054, 1.07, 1.0)
+    setup = measurement.Setup.of(bpy.context.scene)
+    panels.findings[material.session_uid] = material.Finding(claim_of(material), setup, "GPU", 0.027, 0.054, 1.07, 1.0)
     assert "2.7 % from Oren-Nayar (worst 5.4 %)" in drawn(material).texts
     assert "1.07 times Lambert's time (1070 ms)" in drawn(material).texts
     assert "Outdated: other settings" not in drawn(material).texts

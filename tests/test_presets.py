@@ -7,11 +7,11 @@ import bpy
 
 import pytest
 
-from true_diffuse.addon import materials
+from true_diffuse.addon.closures.subsurface_fit import MU
+from true_diffuse.addon.material import materials
+from true_diffuse.addon.material.presets import PICTURES, PRESETS, Preset, picture
 from true_diffuse.addon.models import MEDIA, TONES, plane_albedo
-from true_diffuse.addon.models.conversion import MU
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.addon.presets import PICTURES, PRESETS, Preset, picture
 
 each = pytest.mark.parametrize("preset", PRESETS.values(), ids=PRESETS)
 each_medium = pytest.mark.parametrize("medium", MEDIA, ids=lambda medium: medium.name)

@@ -10,16 +10,16 @@ import bpy
 
 import pytest
 
-from true_diffuse.addon import materials
-from true_diffuse.addon.engines import CYCLES, EEVEE, REALTIME, Engine
-from true_diffuse.addon.leave_out.simplify import simplify
-from true_diffuse.addon.marks import LEAST_FOR
+from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
+from true_diffuse.addon.blender.id_properties import LEAST_FOR
+from true_diffuse.addon.closures.lobe import CYCLES as CYCLES_LOBES
+from true_diffuse.addon.closures.lobe import PAIR
+from true_diffuse.addon.closures.lobes import Rendered
+from true_diffuse.addon.material import materials
 from true_diffuse.addon.models import OrenNayar
-from true_diffuse.addon.models.lobe import CYCLES as CYCLES_LOBES
-from true_diffuse.addon.models.lobe import PAIR
-from true_diffuse.addon.models.lobes import Rendered
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, lamps
-from true_diffuse.addon.studies import probe
+from true_diffuse.addon.optimize.optimize import simplify
+from true_diffuse.addon.probe import measurement
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 
@@ -42,9 +42,9 @@ class Steps:
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(probe, "LIGHT_DEGREES", (0.0, 60.0))
-    monkeypatch.setattr(probe, "ROUNDS", 1)
-    monkeypatch.setattr(probe, "TIMED_SIZE", 32)
+    monkeypatch.setattr(measurement, "LIGHT_DEGREES", (0.0, 60.0))
+    monkeypatch.setattr(measurement, "ROUNDS", 1)
+    monkeypatch.setattr(measurement, "TIMED_SIZE", 32)
 
 
 def everything() -> dict[str, object]:
@@ -86,14 +86,14 @@ def test_probe_finds_the_error_that_the_formulas_have(engine: Engine) -> None:
     bpy.context.scene.render.engine = engine.identifier
     material = materials.create("Clay", ROUGH_DIFFUSE, Color=COLOR, Roughness=SIGMA)
     steps = Steps()
-    found = probe.measure(material, bpy.context.scene, steps)
+    found = measurement.measure(material, bpy.context.scene, steps)
     shown, exact = Rendered(OrenNayar(SIGMA), PAIR if engine is EEVEE else CYCLES_LOBES), OrenNayar(SIGMA)
-    expected = [sphere_error(shown, exact, degrees) for degrees in probe.LIGHT_DEGREES]
+    expected = [sphere_error(shown, exact, degrees) for degrees in measurement.LIGHT_DEGREES]
     # the pixels at the rim, which are left out, are worth some percent of the error; EEVEE's own precision is 0.15 %
     floor = 0.0015 if engine is EEVEE else 0.0
     assert found.mean == pytest.approx(fmean(expected), rel=0.06, abs=floor)
     assert found.worst == pytest.approx(max(expected), rel=0.06, abs=floor)
-    assert found.seconds > 0.0 and found.lambert_seconds > 0.0 and steps.done == probe.work()
+    assert found.seconds > 0.0 and found.lambert_seconds > 0.0 and steps.done == measurement.work()
     assert found.text().startswith(f"{engine.label}, Lobes: ") and "% from Oren-Nayar (worst" in found.text()
 
 
@@ -104,11 +104,11 @@ def test_realtime_is_measured(eevee_runs_here: bool) -> None:
         pytest.skip("Realtime finds no graphics driver here")
     scene = bpy.context.scene
     scene.render.engine, scene.cycles.shading_system = REALTIME.identifier, True
-    found = probe.measure(materials.create("Clay", ROUGH_DIFFUSE, Color=COLOR, Roughness=SIGMA), scene, Steps())
+    found = measurement.measure(materials.create("Clay", ROUGH_DIFFUSE, Color=COLOR, Roughness=SIGMA), scene, Steps())
     assert found.worst <= 1e-4  # as in test_engines
     assert not found.setup.osl and found.text().startswith("Realtime: 0.00 % from Oren-Nayar")
     skin = materials.create("Skin", SUBSURFACE, Color=COLOR, Subsurface=0.5, Model="Lambert")
-    assert probe.measure(skin, scene, Steps()).worst <= 1e-4  # the same light from everywhere, and weights that sum to 1
+    assert measurement.measure(skin, scene, Steps()).worst <= 1e-4  # the same light from everywhere, and weights that sum to 1
 
 
 @pytest.mark.render
@@ -121,7 +121,7 @@ def test_file_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
     bpy.context.object.data.materials.append(materials.create("Clay", ROUGH_DIFFUSE, Mode="Lamps", Roughness=SIGMA))
     bpy.ops.object.mode_set(mode="EDIT")
     material, before = bpy.context.object.active_material, everything()
-    found = probe.measure(material, scene, Steps())
+    found = measurement.measure(material, scene, Steps())
     # The mode Lamps follows the probe's own sun, within 0.07 %; the artist's sun shines from above and would be far off.
     assert found.worst < 0.002
     assert everything() == before
@@ -129,9 +129,9 @@ def test_file_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object) -> None:
         raise RuntimeError("the render was cancelled")
 
-    monkeypatch.setattr(probe, "_seconds", broken)
+    monkeypatch.setattr(measurement, "_seconds", broken)
     with pytest.raises(RuntimeError):
-        probe.measure(material, scene, Steps())
+        measurement.measure(material, scene, Steps())
     assert everything() == before
 
 
@@ -142,12 +142,12 @@ def test_simplified_material_is_measured_whole_and_stays_simplified() -> None:
     bpy.ops.mesh.primitive_cube_add()
     material = materials.create("Clay", ROUGH_DIFFUSE, Model="Lambert", Color=COLOR)
     bpy.context.object.data.materials.append(material)
-    claim = probe.claim_of(material)
+    claim = measurement.claim_of(material)
     simplify()
     node = material.node_tree.nodes["Rough Diffuse"]
     least = node.node_tree
-    assert LEAST_FOR in least and probe.claim_of(material) == claim
-    assert probe.measure(material, scene, Steps()).worst < 0.002
+    assert LEAST_FOR in least and measurement.claim_of(material) == claim
+    assert measurement.measure(material, scene, Steps()).worst < 0.002
     assert node.node_tree == least
 
 
@@ -157,11 +157,11 @@ def test_slab_shows_the_color_claimed() -> None:
     bpy.context.scene.render.engine = CYCLES.identifier
     inputs = {"Method": "Christensen-Burley", "Color": COLOR, "Mean Free Path": (1.0, 0.5, 0.2)}
     material = materials.create("Wax", SUBSURFACE, **inputs)
-    found = probe.measure(material, bpy.context.scene, Steps())
+    found = measurement.measure(material, bpy.context.scene, Steps())
     assert found.worst < 0.01 and found.notes == ("measured without the coat",)
     # at N.V = 0.5 its color moves with the view, by up to 15 %
     material.node_tree.nodes["Subsurface"].inputs["Method"].default_value = "Random Walk (Skin)"
-    assert probe.measure(material, bpy.context.scene, Steps()).worst > 0.02
+    assert measurement.measure(material, bpy.context.scene, Steps()).worst > 0.02
 
 
 @pytest.mark.render
@@ -169,17 +169,17 @@ def test_finding_is_outdated_once_something_changes_that_counts() -> None:
     scene = bpy.context.scene
     scene.render.engine = CYCLES.identifier
     material = materials.create("Clay", ROUGH_DIFFUSE, Model="Lambert", Color=COLOR)
-    found = probe.measure(material, scene, Steps())
-    assert found.worst < 0.002 and found.is_of(probe.claim_of(material), scene)  # Cycles' own Lambert: 0.04 % in README
+    found = measurement.measure(material, scene, Steps())
+    assert found.worst < 0.002 and found.is_of(measurement.claim_of(material), scene)  # Cycles' own Lambert: 0.04 % in README
     roughness = material.node_tree.nodes["Rough Diffuse"].inputs["Roughness"]
     before, roughness.default_value = roughness.default_value, 0.5
-    assert not found.is_of(probe.claim_of(material), scene)
+    assert not found.is_of(measurement.claim_of(material), scene)
     roughness.default_value = before
-    assert found.is_of(probe.claim_of(material), scene)
+    assert found.is_of(measurement.claim_of(material), scene)
     scene.cycles.shading_system = True
-    assert not found.is_of(probe.claim_of(material), scene)
+    assert not found.is_of(measurement.claim_of(material), scene)
     scene.render.engine = "BLENDER_WORKBENCH"
-    assert not found.is_of(probe.claim_of(material), scene)
+    assert not found.is_of(measurement.claim_of(material), scene)
 
 
 def plain() -> bpy.types.Material:
@@ -201,14 +201,14 @@ def black() -> bpy.types.Material:
 )
 def test_what_cannot_be_measured_is_refused(make: Callable[[], bpy.types.Material | None], engine: str, why: str) -> None:
     bpy.context.scene.render.engine = engine
-    with pytest.raises(probe.Refused, match=why):
-        probe.check(make(), bpy.context.scene)
+    with pytest.raises(measurement.Refused, match=why):
+        measurement.check(make(), bpy.context.scene)
 
 
 def test_black_base_with_a_highlight_can_be_measured() -> None:
     bpy.context.scene.render.engine = CYCLES.identifier
     glossy = materials.create("Glossy", SPECULAR_GROUP, Color=(0.0, 0.0, 0.0, 1.0), Specular=0.06)
-    assert probe.check(glossy, bpy.context.scene)[0].label == "Standard Specular"
+    assert measurement.check(glossy, bpy.context.scene)[0].label == "Standard Specular"
 
 
 def test_what_is_linked_is_told() -> None:
@@ -216,8 +216,8 @@ def test_what_is_linked_is_told() -> None:
     material = materials.create("Clay", ROUGH_DIFFUSE)
     node = material.node_tree.nodes["Rough Diffuse"]
     materials.paint(material, node.inputs["Color"], "paint", 0.8)
-    claim, setup = probe.check(material, bpy.context.scene)
-    found = probe.Finding(claim, setup, "CPU", 0.01, 0.02, 1.1, 1.0)
+    claim, setup = measurement.check(material, bpy.context.scene)
+    found = measurement.Finding(claim, setup, "CPU", 0.01, 0.02, 1.1, 1.0)
     assert found.text() == (
         "Cycles, Lobes: 1.0 % from Oren-Nayar (worst 2.0 %), 1.10 times Lambert's time; "
         "Color linked: measured at the socket's own value"

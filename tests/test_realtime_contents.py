@@ -12,7 +12,7 @@ import bmesh
 import pytest
 from mathutils import Matrix, Vector
 
-from true_diffuse.addon import materials
+from true_diffuse.addon.material import materials
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
 from true_diffuse.addon.realtime import contents, drawing, extent, laws, meshes, program, shadows
 from true_diffuse.addon.realtime.view import View

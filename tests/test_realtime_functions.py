@@ -12,15 +12,16 @@ import bpy
 
 import pytest
 
-import fit_albedo
-from true_diffuse.addon import engines, models
-from true_diffuse.addon.glsl import SHADERS
+from true_diffuse.addon import models
+from true_diffuse.addon.blender import engines
+from true_diffuse.addon.blender.glsl import SHADERS
 from true_diffuse.addon.measure import render
-from true_diffuse.addon.measure.glsl import evaluate
 from true_diffuse.addon.models import EDGE_WIDTH_25_75, Burley, Model, directional_albedo, edge_width, mean_fresnel
 from true_diffuse.addon.models.quadrature import gauss_legendre
 from true_diffuse.addon.models.vector import Vector, add, dot, from_polar, normalize
 from true_diffuse.scenes.sphere import sphere_under_sun
+from true_diffuse.scripts.fit import albedo
+from true_diffuse.scripts.studies.glsl_values import evaluate
 
 UP = (0.0, 0.0, 1.0)
 MUS = (1e-3, 0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
@@ -121,7 +122,7 @@ def test_albedo_channels_have_their_own_color(name: str) -> None:
 def test_quadrature_of_the_highlight_equals_that_over_lights(mu: float, exponent: float) -> None:
     expected = directional_albedo(models.Specular(1.0, exponent), mu, 0.0, 64)
     # NARROW cuts the widest lobes short by 1e-5
-    assert fit_albedo.highlight(mu, exponent) == pytest.approx(expected, rel=2e-5)
+    assert albedo.highlight(mu, exponent) == pytest.approx(expected, rel=2e-5)
 
 
 @pytest.mark.parametrize("t", [0.3, 1.0, 2.0, 4.0])
@@ -131,7 +132,7 @@ def test_quadrature_of_the_highlight_tends_to_a_gaussian_of_facets(t: float) -> 
     below, density = 0.5 * math.erfc(-t / math.sqrt(8.0)), math.exp(-t * t / 8.0) / math.sqrt(2.0 * math.pi)
     expected = ((t * t + 2.0) * below + 2.0 * t * density) / n
     # the next order is mu^2 = t^2 / n and some 1 / n
-    assert fit_albedo.highlight(t / math.sqrt(n), n) == pytest.approx(expected, rel=20.0 / n)
+    assert albedo.highlight(t / math.sqrt(n), n) == pytest.approx(expected, rel=20.0 / n)
 
 
 @pytest.mark.render
@@ -142,7 +143,7 @@ def test_albedo_of_the_highlight_is_as_near_as_it_says(exponent: float) -> None:
     got = values("albedo", "specular_albedo(a.x, vec3(0.25), 0.5, a.y)", [((mu, exponent),) for mu in mus])
     for mu, value in zip(mus, got, strict=True):
         exact = exponent == 0.0 or mu in (0.0, 1.0)
-        expected = fit_albedo.highlight(mu, exponent) if exponent > 0.0 else 1.0
+        expected = albedo.highlight(mu, exponent) if exponent > 0.0 else 1.0
         # the quadrature is off by up to 4e-5
         assert (value - 0.25) / 0.5 == pytest.approx(expected, rel=5e-5 if exact else 0.032, abs=ROUND), mu
 
@@ -161,14 +162,14 @@ def numbers_in(stem: str, line: str) -> list[float]:
 
 
 def test_shaders_have_the_numbers_of_the_fit() -> None:
-    facets, mirrored = fit_albedo.fit_facets(), fit_albedo.fit_mirrored()
+    facets, mirrored = albedo.fit_facets(), albedo.fit_mirrored()
     # written with 5 digits; signs are the shader's own operators
     one = numbers_in("albedo", "float f = (1.0 - m) * (")
     assert one == pytest.approx([abs(number) for number in facets.numbers], rel=1e-4)
     kept = numbers_in("coat", "return 1.0 - near * (")
     assert kept == pytest.approx([abs(number) for number in mirrored.numbers], rel=1e-4)
-    assert numbers_in("coat", "float near = ") == [fit_albedo.NEAR, fit_albedo.SQUARE, -fit_albedo.PRODUCT]
-    assert numbers_in("albedo", "float below = ") == [1.0, 2.0, pytest.approx(0.5 * math.log(2.0)), 1.0, *fit_albedo.BELOW]
+    assert numbers_in("coat", "float near = ") == [albedo.NEAR, albedo.SQUARE, -albedo.PRODUCT]
+    assert numbers_in("albedo", "float below = ") == [1.0, 2.0, pytest.approx(0.5 * math.log(2.0)), 1.0, *albedo.BELOW]
 
 
 # ---- coat.glsl
@@ -228,7 +229,7 @@ def test_coat_mirrors_once_the_same_both_ways() -> None:
 @pytest.mark.parametrize("mu", MUS)
 def test_quadrature_of_the_coat_at_alpha_1(mu: float) -> None:
     # D is 1 / pi and G2 2 (N.L)(N.V) / (N.L + N.V), so E is the integral of x / (x + mu) over x in [0, 1]
-    assert fit_albedo.mirrored(mu, 1.0) == pytest.approx(1.0 - mu * math.log1p(1.0 / mu), abs=1e-4)
+    assert albedo.mirrored(mu, 1.0) == pytest.approx(1.0 - mu * math.log1p(1.0 / mu), abs=1e-4)
 
 
 @pytest.mark.parametrize(("mu", "alpha"), list(itertools.product((0.1, 0.5, 0.9), (0.2, 0.5))))
@@ -237,14 +238,14 @@ def test_quadrature_of_the_coat_equals_that_over_lights(mu: float, alpha: float)
         def radiance(self, _n: Vector, l: Vector, v: Vector, _albedo: float) -> float:
             return ggx(l, v, alpha)
 
-    assert fit_albedo.mirrored(mu, alpha) == pytest.approx(directional_albedo(Mirror(), mu, 1.0, 96), abs=1e-4)
+    assert albedo.mirrored(mu, alpha) == pytest.approx(directional_albedo(Mirror(), mu, 1.0, 96), abs=1e-4)
 
 
 @pytest.mark.render
 def test_coat_keeps_as_much_as_it_says() -> None:
     cases = [(mu, (i / 25) ** 2) for mu in (0.003, 0.03, 0.07, *(k / 15 for k in range(2, 16))) for i in range(1, 26)]
     for (mu, alpha), value in zip(cases, values("coat", "coat_kept(a.x, a.y)", [(case,) for case in cases]), strict=True):
-        assert value == pytest.approx(fit_albedo.mirrored(mu, alpha), rel=0.016), (mu, alpha)
+        assert value == pytest.approx(albedo.mirrored(mu, alpha), rel=0.016), (mu, alpha)
 
 
 @pytest.mark.render

@@ -14,13 +14,15 @@ import bmesh
 import pytest
 from mathutils import Matrix, Vector
 
-from true_diffuse.addon import engines, materials, models
+from true_diffuse.addon import models
+from true_diffuse.addon.blender import engines
+from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
-from true_diffuse.addon.measure.profile import edge_width
 from true_diffuse.addon.models import Model
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 from true_diffuse.addon.realtime import program
 from true_diffuse.scenes.slab import slab
+from true_diffuse.scripts.studies.edge_profile import edge_width
 
 pytestmark = [pytest.mark.render, pytest.mark.usefixtures("registered", "driver")]
 

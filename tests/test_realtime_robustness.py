@@ -20,7 +20,8 @@ import pytest
 from mathutils import Matrix
 
 import checkout
-from true_diffuse.addon import engines, materials, properties
+from true_diffuse.addon.blender import engines, properties
+from true_diffuse.addon.material import materials
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
 from true_diffuse.addon.realtime import contents, drawing, engine, meshes, shadows, view, viewport
 from true_diffuse.addon.realtime import register as register_engine

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from true_diffuse.addon.tolerance import choose
+from true_diffuse.addon.probe.tolerance import choose
 
 SCRIPT = Path(__file__).resolve().parent.parent / "scripts" / "report.py"
 SPHERE = ("--engine", "cycles", "--scene", "sphere", "--quick", "--out", "out")

@@ -5,12 +5,13 @@ import bpy
 
 import pytest
 
-from true_diffuse.addon import engines, materials
+from true_diffuse.addon.blender import engines
+from true_diffuse.addon.material import materials
 from true_diffuse.addon.models import directional_albedo
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
 from true_diffuse.addon.nodes.lamps import choose
-from true_diffuse.addon.studies import robustness
-from true_diffuse.addon.studies.rough import OTHERS, PAPER, SPECULAR, Law
+from true_diffuse.scripts.studies import robustness
+from true_diffuse.scripts.studies.rough import OTHERS, PAPER, SPECULAR, Law
 
 pytestmark = [pytest.mark.usefixtures("empty_file"), pytest.mark.render]
 

@@ -13,13 +13,12 @@ from functools import partial
 
 import pytest
 
-import referee
 from true_diffuse.addon import models
-from true_diffuse.addon.glsl import BEFORE, SHADERS, source
-from true_diffuse.addon.measure.glsl import evaluate
+from true_diffuse.addon.blender.glsl import BEFORE, SHADERS, source
 from true_diffuse.addon.models import Model, OrenNayar
 from true_diffuse.addon.models.vector import dot, from_polar
-from true_diffuse.addon.studies import stability_glsl
+from true_diffuse.scripts.studies import reference_mpmath, stability_glsl
+from true_diffuse.scripts.studies.glsl_values import evaluate
 
 COUNT = 2000
 NAMES = [shader.model for shader in stability_glsl.DRAWN]
@@ -62,8 +61,8 @@ class Nobody:
 def records(eevee_runs_here: bool) -> list[dict]:
     if not eevee_runs_here:
         pytest.skip("no graphics driver here")
-    quick = partial(referee.radiance, context=referee.DOUBLE)
-    return list(stability_glsl.stability(referee.radiance, quick, COUNT, Nobody()))
+    quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
+    return list(stability_glsl.stability(reference_mpmath.radiance, quick, COUNT, Nobody()))
 
 
 @pytest.fixture(scope="module")
@@ -185,7 +184,7 @@ def test_referee_equals_the_model(name: str, shape: tuple[float, ...], model: Mo
     for _ in range(200):
         n, l, v = (0.0, 0.0, 1.0), from_polar(dice.random(), dice.uniform(0.0, 7.0)), from_polar(dice.random(), 0.0)
         # 2^-52 in the vectors' length, raised to the highlight's power of 50 or divided by a cosine of 1e-3
-        assert model.radiance(n, l, v, 0.7) == pytest.approx(float(referee.radiance(name, n, l, v, 0.7, shape)), rel=1e-12)
+        assert model.radiance(n, l, v, 0.7) == pytest.approx(float(reference_mpmath.radiance(name, n, l, v, 0.7, shape)), rel=1e-12)
 
 
 @pytest.mark.parametrize(("mu_i", "mu_o", "azimuth"), [(0.9, 0.4, 0.5), (0.3, 0.3, 2.0), (0.7, 0.95, 3.0)])
@@ -200,4 +199,4 @@ def test_referee_of_pits_equals_the_sum_over_the_wall(mu_i: float, mu_o: float, 
     rho = 0.8
     expected = rho / math.pi**2 * once / mu_o + rho**2 * mu_i / (math.pi * (4.0 - 2.0 * rho))
     # the triangle's sides cut about 800 of its 20,000 cells, which count whole or not at all: sqrt(800) / 2 / 20,000, four times
-    assert float(referee.radiance("pits", n, l, v, rho)) == pytest.approx(expected, rel=3e-3)
+    assert float(reference_mpmath.radiance("pits", n, l, v, rho)) == pytest.approx(expected, rel=3e-3)

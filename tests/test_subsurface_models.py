@@ -32,14 +32,14 @@ from true_diffuse.addon.models import (
     standard_inverse,
     van_de_hulst,
     van_de_hulst_inverse,
-    walk,
 )
 from true_diffuse.addon.models import skin as skin_model
-from true_diffuse.addon.models.albedo import diffusion_root, log_h
 from true_diffuse.addon.models.burley import bickley
 from true_diffuse.addon.models.fresnel import boundary, passing
+from true_diffuse.addon.models.half_space import diffusion_root, log_h
 from true_diffuse.addon.models.quadrature import integrate
-from true_diffuse.addon.studies.stability_subsurface import records
+from true_diffuse.scripts.studies.random_walk import walk
+from true_diffuse.scripts.studies.stability_subsurface import records
 
 mp = mpmath.mp.clone()
 mp.dps = 25

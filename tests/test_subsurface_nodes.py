@@ -5,7 +5,7 @@ import bpy
 
 import pytest
 
-from true_diffuse.addon import materials
+from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import error
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
 from true_diffuse.addon.nodes.graph import STAMP

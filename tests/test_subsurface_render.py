@@ -10,12 +10,12 @@ import bpy
 
 import pytest
 
-from true_diffuse.addon import engines
-from true_diffuse.addon.measure.profile import edge_width
+from true_diffuse.addon.blender import engines
 from true_diffuse.addon.models import Burley
-from true_diffuse.addon.studies import searchlight
-from true_diffuse.addon.studies import subsurface as study
 from true_diffuse.scenes.slab import slab
+from true_diffuse.scripts.studies import searchlight
+from true_diffuse.scripts.studies import subsurface as study
+from true_diffuse.scripts.studies.edge_profile import edge_width
 
 COLORS = (0.8, 0.5, 0.1)
 D = 2.0  # mm, of Burley's profile

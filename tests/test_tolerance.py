@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from true_diffuse.addon.studies.environment import environment
-from true_diffuse.addon.tolerance import Unmet, choose, parse_percent, read_report, told
+from true_diffuse.addon.probe.environment import environment
+from true_diffuse.addon.probe.tolerance import Unmet, choose, parse_percent, read_report, told
 
 SCRIPT = Path(__file__).resolve().parent.parent / "scripts" / "compare.py"
 HERE = {"machine": {"cores": 2}, "blender": "5.2.3"}

@@ -8,11 +8,11 @@ import bpy
 
 import pytest
 
-from true_diffuse.addon import materials, upgrade
-from true_diffuse.addon.marks import STAMP
+from true_diffuse.addon.blender.id_properties import STAMP
+from true_diffuse.addon.blender.osl import compiles_osl
+from true_diffuse.addon.material import materials, upgrade
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group, lamps
 from true_diffuse.addon.nodes.graph import COLOR, Graph, Socket, Value
-from true_diffuse.addon.osl import compiles_osl
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 GLOSS = Socket("Gloss", "NodeSocketFloat", "What only the older version has", 0.5)

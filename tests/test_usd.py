@@ -16,12 +16,14 @@ import bpy
 
 import pytest
 
-from true_diffuse.addon import glTF2ExportUserExtension, materials, models, presets, usd
+from true_diffuse.addon import glTF2ExportUserExtension, models, usd
+from true_diffuse.addon.blender import report
+from true_diffuse.addon.material import materials, presets
+from true_diffuse.addon.material.read import group_node, plain
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 from true_diffuse.addon.nodes.rough_diffuse import MODES
 from true_diffuse.addon.nodes.rough_models import KINDS
-from true_diffuse.addon.usd import materialx, nearest, report
-from true_diffuse.addon.usd.read import group_node, plain
+from true_diffuse.addon.usd import materialx, nearest
 
 SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
 METHODS = ("Random Walk", "Christensen-Burley", "Random Walk (Skin)", "Random Walk (Legacy)")
@@ -515,9 +517,9 @@ def test_gltf_has_color_and_roughness(tmp_path: Path) -> None:
 def test_storm_renders_the_model(tmp_path: Path, eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("no graphics driver for Hydra Storm")
-    from true_diffuse.addon.studies import rough
-    from true_diffuse.addon.studies import usd as study
     from true_diffuse.scenes.sphere import sphere_under_sun
+    from true_diffuse.scripts.studies import rough
+    from true_diffuse.scripts.studies import usd as study
 
     sphere = sphere_under_sun(64)
     eon = next(law for law in rough.OTHERS if law.name == "EON")

@@ -13,10 +13,11 @@ import bpy
 
 import pytest
 
-from true_diffuse.addon import engines, materials
+from true_diffuse.addon.blender import engines
+from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import error, render
-from true_diffuse.addon.studies.work_precision import curves, fit, page, plot, stability
-from true_diffuse.addon.studies.work_precision.journal import UNITS, Journal
+from true_diffuse.scripts.studies.work_precision import curves, fit, page, plot, stability
+from true_diffuse.scripts.studies.work_precision.journal import UNITS, Journal
 
 SAMPLES = (1, 4, 16, 64, 256, 1024)
 

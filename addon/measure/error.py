@@ -7,9 +7,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from ..models import Lambert, Model
+from ..models.color import LUMINANCE
 from ..models.vector import Vector, dot, normalize
-
-LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear Rec. 709, ITU-R BT.709
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ import bpy
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector as BlenderVector
 
-from .. import engines
+from ..blender import engines
 from .error import Light, Surface
 
 CENTER = 0.01  # pixels, the narrowest filter that Cycles has

@@ -12,7 +12,7 @@ parameter outside its range is clamped to it, and NaN counts as the lowest value
 
     Lambert, OrenNayar, Specular    the paper's five characters; OrenNayar is equation (1), the short form of OrenNayar1994
     Fujii, Eon, CyclesDiffuse       the same idea, made to keep its energy: Cycles' Diffuse BSDF and what it comes from
-    Wolff, WolffOrenNayar           light that passes a dielectric boundary on its way in and out, smooth and rough
+    Wolff                           light that passes a smooth dielectric boundary on its way in and out
     Pits                            a rough surface whose reflectance, interreflection included, has an exact closed form
 
 Subsurface scattering has its own terms, as light comes out elsewhere than it went in; lengths in mm, coefficients in mm^-1:
@@ -20,12 +20,17 @@ Subsurface scattering has its own terms, as light comes out elsewhere than it we
     Channel, Medium, MEDIA, TONES   coefficients and the lengths that follow; twelve measured media; tones of skin
     StandardDipole, BetterDipole, Burley    profiles over the distance r, and what they integrate to
     diffuse_albedo, plane_albedo    what a half-space reflects, exactly; single_scattering_albedo is the way back
-    walk                            a random walk, where formulas disagree
 
 Paper: S. Kim and M. Lee, "Surface Model and Scattering Analysis for Realistic Game Character" (2021).
 """
 
-from .albedo import (
+from .blinn_phong import Specular
+from .burley import EDGE_WIDTH_10_90, EDGE_WIDTH_25_75, Burley, diffuse_mfp, searchlight_dmfp, searchlight_mfp
+from .cycles_diffuse import CyclesDiffuse
+from .dipole import BetterDipole, StandardDipole, standard_inverse
+from .eon import Eon
+from .fujii import Fujii
+from .half_space import (
     diffuse_albedo,
     diffuse_albedo_fit,
     plane_albedo,
@@ -36,13 +41,6 @@ from .albedo import (
     van_de_hulst,
     van_de_hulst_inverse,
 )
-from .burley import EDGE_WIDTH_10_90, EDGE_WIDTH_25_75, Burley, diffuse_mfp, searchlight_dmfp, searchlight_mfp
-from .coat import mean_fresnel
-from .conversion import edge_width
-from .cycles_diffuse import CyclesDiffuse
-from .dipole import BetterDipole, StandardDipole, standard_inverse
-from .eon import Eon
-from .fujii import Fujii
 from .lambert import Lambert
 from .medium import MEDIA, Channel, Medium
 from .oren_nayar import OrenNayar
@@ -51,10 +49,7 @@ from .pits import Pits
 from .protocol import Model
 from .quadrature import average_albedo, directional_albedo
 from .skin import TONES, Skin
-from .specular import Specular
-from .walk import Walk, walk
 from .wolff import Wolff
-from .wolff_oren_nayar import WolffOrenNayar
 
 __all__ = (
     "EDGE_WIDTH_10_90",
@@ -76,16 +71,12 @@ __all__ = (
     "Skin",
     "Specular",
     "StandardDipole",
-    "Walk",
     "Wolff",
-    "WolffOrenNayar",
     "average_albedo",
     "diffuse_albedo",
     "diffuse_albedo_fit",
     "diffuse_mfp",
     "directional_albedo",
-    "edge_width",
-    "mean_fresnel",
     "plane_albedo",
     "searchlight_dmfp",
     "searchlight_mfp",
@@ -96,5 +87,4 @@ __all__ = (
     "standard_inverse",
     "van_de_hulst",
     "van_de_hulst_inverse",
-    "walk",
 )

@@ -27,9 +27,9 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from .albedo import diffuse_albedo_fit
 from .fresnel import passing
 from .geometry import clamp
+from .half_space import diffuse_albedo_fit
 from .medium import Channel
 
 type Rgb = tuple[float, float, float]

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..marks import AS_BUILT, LEAST_FOR, STAMP
-from ..osl import compile_osl
+from ..blender.id_properties import AS_BUILT, LEAST_FOR, STAMP
+from ..blender.osl import compile_osl
 
 # Layout in the node editor's units: the width of a column, and what a node and each of its input sockets take of its height.
 COLUMN, NODE_HEIGHT, SOCKET_HEIGHT = 220.0, 130.0, 24.0

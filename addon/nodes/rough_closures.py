@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One inner node group for each rough diffuse model: its closures by mode, made of the lobes of `models/lobes.py`."""
+"""One inner node group for each rough diffuse model: its closures by mode, made of the lobes of `closures/lobes.py`."""
 
 from collections.abc import Callable
 from typing import NamedTuple
 
+from ..closures.lobe import CYCLES, GRAZING, PAIR, SIGNED, SINGLE
+from ..closures.lobe_table import TABLE
 from ..models.fujii import K1
-from ..models.lobe import CYCLES, GRAZING, PAIR, SIGNED, SINGLE
-from ..models.lobe_table import TABLE
 from .graph import COLOR, Graph, Group, Number, Socket, Value
 from .lamps import L, weighed
 from .rough_models import IOR, ROUGHNESS, Kind, Lamp, N, Surface, Terms, cycles_diffuse, eon, fujii, oren_nayar
@@ -86,7 +86,7 @@ def signed_lobes(surface: Surface, terms: Terms, weights: list[Number], frame: d
     _, _, _, near_lobe, far_lobe, *under_lobe = TABLE[SIGNED][family].lobes
     base = terms.facing
     negative = [weight * -1.0 if name == "interreflection" else weight for name, weight in terms.functions.items()]
-    if family in ("fujii", "oren_nayar_1994"):  # models.lobes.floor says why
+    if family in ("fujii", "oren_nayar_1994"):  # closures.lobes.floor says why
         floor = sum(negative[1:], negative[0]) * surface.sine
         base = base - floor
         facing = facing + color * floor * (graph.maximum(surface.mu, GRAZING) * (1.0 / far_lobe.steep))

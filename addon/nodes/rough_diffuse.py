@@ -5,7 +5,7 @@ No node sees the light, so a model becomes lobes (`rough_models.py`); where the 
 shaders/rough_diffuse.osl takes their place. Menus select before anything is compiled: what is not chosen costs nothing.
 """
 
-from ..osl import compiles_osl
+from ..blender.osl import compiles_osl
 from .graph import COLOR, NORMAL, Graph, Group, Operand, Socket, Value
 from .rough_closures import model_group
 from .rough_models import IOR, KINDS, ROUGHNESS, cycles_diffuse, pits, wolff

@@ -9,10 +9,10 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import NamedTuple
 
+from ..closures.lobe import Weight
+from ..closures.lobe_table import TRANSMITTANCE
 from ..models.eon import K2
 from ..models.fujii import K1
-from ..models.lobe import Weight
-from ..models.lobe_table import TRANSMITTANCE
 from .graph import COLOR, Graph, Number, Socket, Value
 
 LEAST = 1e-6  # of a divisor
@@ -33,7 +33,7 @@ N = Socket("N", "NodeSocketVector", "Shading normal at unit length", (0.0, 0.0, 
 
 
 class Terms(NamedTuple):
-    """A model in units of (rho / pi) E0, as in `models.lobes.expansion`; the numbers may be vectors, one component a channel."""
+    """A model in units of (rho / pi) E0, as in `closures.lobes.expansion`; the numbers may be vectors, one component a channel."""
 
     facing: Number
     functions: Mapping[str, Number]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Inner node groups: the closures of each scheme in `models/lobes.py`, given the color of each lobe.
+"""Inner node groups: the closures of each scheme in `closures/lobes.py`, given the color of each lobe.
 
 EEVEE keeps one closure of a kind per pixel and picks at random among several; a material that is also translucent keeps its Diffuse
 closure apart from its Subsurface one. So a Subsurface closure without any scattering, a Diffuse one and a Translucent one without
@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 
-from ..models.lobe import CYCLES_AWAY, GRAZING
+from ..closures.lobe import CYCLES_AWAY, GRAZING
 from .graph import Graph, Group, Operand, Socket, Value
 
 BLACK = (0.0, 0.0, 0.0, 1.0)

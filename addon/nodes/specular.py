@@ -14,7 +14,7 @@ stays, fainter, where its lamp is in shadow. EEVEE keeps colors up to 8 times wh
 
 import math
 
-from ..models.specular import BELOW
+from ..models.blinn_phong import BELOW
 from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
 from .lamps import L, weighed
 from .rough_models import N

@@ -2,7 +2,7 @@
 """The node group Subsurface: skin, wax, marble, milk. A coat over a mix of rough diffuse reflection and subsurface scattering.
 
 Lengths are in millimetres, in scenes of any unit scale. The formulas that turn color and mean free path into what each engine's
-closure takes are in `models/conversion.py`, the coat's in `models/coat.py`. Every layer is a Mix Shader, so what is reflected,
+closure takes are in closures/subsurface_fit.py, the coat's in closures/coat.py. Every layer is a Mix Shader, so what is reflected,
 scattered on the surface and scattered below adds up to no more than the light that falls on it.
 """
 
@@ -10,10 +10,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ..models.albedo import VAN_DE_HULST, Rational
-from ..models.burley import DIFFUSE_MAP, EDGE_WIDTH_25_75
-from ..models.coat import GRAZING, HEAD_ON, SLOPE
-from ..models.conversion import (
+from ..closures.coat import GRAZING, HEAD_ON, SLOPE
+from ..closures.subsurface_fit import (
     BEAM,
     DARKENING,
     DARKEST,
@@ -30,9 +28,9 @@ from ..models.conversion import (
     WIDTH,
     H,
 )
-from ..models.conversion import (
-    IOR as ENTRY_IOR,
-)
+from ..closures.subsurface_fit import IOR as ENTRY_IOR
+from ..models.burley import DIFFUSE_MAP, EDGE_WIDTH_25_75
+from ..models.half_space import VAN_DE_HULST, Rational
 from ..models.medium import LONGEST
 from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
 from .rough_diffuse import MODEL, ROUGH_DIFFUSE
@@ -74,7 +72,7 @@ def polynomial(graph: Graph, coefficients: Sequence[float], x: Value) -> Value:
 
 
 def rational(graph: Graph, coefficients: Sequence[float], above: int, x: Value) -> Value:
-    """As `models.conversion.rational`, with a denominator."""
+    """As `closures.subsurface_fit.rational`, with a denominator."""
     return polynomial(graph, coefficients[:above], x) / polynomial(graph, (1.0, *coefficients[above:]), x)
 
 
@@ -186,7 +184,7 @@ def build(graph: Graph) -> dict[str, Value]:
 
 
 def coat(graph: Graph, n: Value, base: Value) -> Value:
-    """Return `base` under a coat; the formulas are those of `models.coat`."""
+    """Return `base` under a coat; the formulas are those of `closures.coat`."""
     roughness = graph.clamp(graph.input(SPECULAR_ROUGHNESS), 0.0, 1.0)
     alpha = roughness * roughness
     mu = graph.clamp(graph.dot(n, graph.geometry("Incoming")), 0.0, 1.0)

@@ -9,7 +9,7 @@ import bpy
 from .shown import refused_in_editor
 
 if TYPE_CHECKING:
-    from ..materials import Setting
+    from ..material.materials import Setting
     from ..nodes import Group
 
 
@@ -38,7 +38,7 @@ class AddsNode(bpy.types.Operator):
 
     def add(self, context: bpy.types.Context, group: "Group", inputs: "Mapping[str, Setting]") -> set[str]:
         """Add a node that holds `group`, its sockets set to `inputs`; returns what an operator's `execute` does."""
-        from ..materials import add_group, set_inputs, set_thickness
+        from ..material.materials import add_group, set_inputs, set_thickness
 
         tree, added = context.space_data.edit_tree, group.ensure()
         if added == tree or added.contains_tree(tree):

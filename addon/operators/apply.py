@@ -16,8 +16,8 @@ class TRUE_DIFFUSE_OT_apply_preset(PicksPreset, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        from ..claims import claim_of_node
-        from ..materials import refusal
+        from ..material.materials import refusal
+        from ..material.summary import claim_of_node
 
         node, material = node_of(context), material_of(context)
         if node is None:
@@ -33,9 +33,9 @@ class TRUE_DIFFUSE_OT_apply_preset(PicksPreset, bpy.types.Operator):
         return True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from ..materials import set_inputs
+        from ..material.materials import set_inputs
+        from ..material.presets import PRESETS
         from ..nodes.graph import stamp_of
-        from ..presets import PRESETS
 
         node, preset = node_of(context), PRESETS[self.key]
         if stamp_of(node)[0] != preset.group.key:

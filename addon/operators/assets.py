@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..package import PACKAGE
+from ..blender.extension import PACKAGE
 
 
 class ChangesAssets(bpy.types.Operator):
@@ -24,7 +24,7 @@ class TRUE_DIFFUSE_OT_add_assets(ChangesAssets):
     bl_label = "Add Asset Library"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from .. import assets
+        from ..material import assets
 
         if context.window:
             context.window.cursor_set("WAIT")
@@ -47,7 +47,7 @@ class TRUE_DIFFUSE_OT_remove_assets(ChangesAssets):
     bl_label = "Remove Asset Library"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from .. import assets
+        from ..material import assets
 
         assets.remove(assets.place())
         return {"FINISHED"}

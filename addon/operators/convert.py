@@ -8,7 +8,7 @@ import bpy
 from .shown import refused_in_editor
 
 if TYPE_CHECKING:
-    from ..convert import Report
+    from ..material.convert import Report
 
 MODES = (
     ("Lobes", "Lobes", "EEVEE is near Cycles, for little more render time"),
@@ -51,7 +51,7 @@ class TRUE_DIFFUSE_OT_convert(Converts):
         return True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from .. import convert
+        from ..material import convert
 
         meter = context.scene.unit_settings.scale_length
         return self.tell(convert.convert_materials(_materials(context), meter, self.mode))
@@ -79,8 +79,8 @@ class TRUE_DIFFUSE_OT_convert_nodes(Converts):
         return True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from .. import convert
-        from ..materials import set_thickness
+        from ..material import convert
+        from ..material.materials import set_thickness
 
         tree, owner = context.space_data.edit_tree, context.space_data.id
         count, lines = convert.convert_nodes(tree, _chosen(tree), context.scene.unit_settings.scale_length, self.mode)
@@ -107,7 +107,7 @@ class TRUE_DIFFUSE_OT_match_engines(Converts):
         return True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from .. import convert
+        from ..material import convert
 
         return self.tell(convert.match_engines(context.scene, self.mode))
 
@@ -122,7 +122,7 @@ def _materials(context: bpy.types.Context) -> list[bpy.types.Material]:
 
 
 def _chosen(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.Node]:
-    from ..convert import CONVERTIBLE
+    from ..material.convert import CONVERTIBLE
 
     return [node for node in tree.nodes if node.select and node.type in CONVERTIBLE]
 

@@ -10,7 +10,7 @@ import bpy
 from .shown import material_of
 
 if TYPE_CHECKING:
-    from ..studies.probe import Finding
+    from ..probe.measurement import Finding
 
 findings: dict[int, "Finding"] = {}  # by a material's session_uid: figures of this machine, which are not kept in files
 
@@ -51,12 +51,12 @@ class WindowProgress:
 
 def measure(operator: bpy.types.Operator, context: bpy.types.Context, material: bpy.types.Material) -> set[str]:
     """Measure `material` in the context's scene and report what was found; returns what an operator's `execute` does."""
-    from ..studies import probe
+    from ..probe import measurement
 
     context.window_manager.progress_begin(0.0, 1.0)
     try:
-        found = probe.measure(material, context.scene, WindowProgress(context.window_manager, probe.work()))
-    except (probe.Refused, RuntimeError, OSError) as error:
+        found = measurement.measure(material, context.scene, WindowProgress(context.window_manager, measurement.work()))
+    except (measurement.Refused, RuntimeError, OSError) as error:
         operator.report({"ERROR"}, str(error))
         return {"CANCELLED"}
     finally:

@@ -8,13 +8,13 @@ import bpy
 from .add import AddsNode
 
 if TYPE_CHECKING:
-    from ..presets import Preset
+    from ..material.presets import Preset
 
 SHADED = {"MESH", "CURVE", "SURFACE", "META", "FONT"}  # types of objects whose surface is a material's
 
 
 def _presets() -> "dict[str, Preset]":
-    from ..presets import PRESETS
+    from ..material.presets import PRESETS
 
     return PRESETS
 
@@ -63,7 +63,7 @@ class TRUE_DIFFUSE_OT_assign_preset(PicksPreset, bpy.types.Operator):
         return bool(ours)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from ..materials import create
+        from ..material.materials import create
 
         preset = _presets()[self.key]
         ours, linked = _with_surface(context)

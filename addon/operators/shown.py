@@ -17,9 +17,9 @@ def material_of(context: bpy.types.Context) -> bpy.types.Material | None:
 
 def node_of(context: bpy.types.Context) -> bpy.types.Node | None:
     """Return the Shader Editor's active node where it holds a group of ours, else the one that makes the material's surface."""
+    from ..material.read import group_node
     from ..nodes import GROUPS
     from ..nodes.graph import stamp_of
-    from ..usd.read import group_node
 
     if _is_node_editor(context) and context.space_data.edit_tree:
         active = context.space_data.edit_tree.nodes.active
@@ -32,7 +32,7 @@ def node_of(context: bpy.types.Context) -> bpy.types.Node | None:
 
 def refused_in_editor(context: bpy.types.Context) -> str:
     """Return why what the Shader Editor shows cannot be changed, as a sentence; empty where it can."""
-    from ..materials import refusal
+    from ..material.materials import refusal
 
     owner, tree = context.space_data.id, context.space_data.edit_tree
     if isinstance(owner, bpy.types.Material) and refusal(owner):

@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..marks import LEAST_FOR
+from ..blender.id_properties import LEAST_FOR
 
 
 class TRUE_DIFFUSE_OT_simplify(bpy.types.Operator):
@@ -15,7 +15,7 @@ class TRUE_DIFFUSE_OT_simplify(bpy.types.Operator):
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        from ..leave_out.simplify import group_nodes
+        from ..optimize.optimize import group_nodes
 
         found = any(True for _ in group_nodes())
         if not found:
@@ -23,7 +23,7 @@ class TRUE_DIFFUSE_OT_simplify(bpy.types.Operator):
         return found
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
-        from ..leave_out.simplify import remove_unused, rows, simplify, total
+        from ..optimize.optimize import remove_unused, rows, simplify, total
 
         found = simplify()
         remove_unused()
@@ -54,7 +54,7 @@ class TRUE_DIFFUSE_OT_restore(bpy.types.Operator):
         return simplified
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
-        from ..leave_out.simplify import restore
+        from ..optimize.optimize import restore
 
         self.report({"INFO"}, f"Restored {restore()} materials")
         return {"FINISHED"}

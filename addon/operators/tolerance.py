@@ -24,10 +24,10 @@ class TRUE_DIFFUSE_OT_use_tolerance(bpy.types.Operator):
         return True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from .. import picking
-        from ..claims import engine_of
-        from ..studies.environment import environment
-        from ..tolerance import Unmet, percent, read_report
+        from ..material.summary import engine_of
+        from ..probe import settings
+        from ..probe.environment import environment
+        from ..probe.tolerance import Unmet, percent, read_report
 
         scene, share = context.scene, context.scene.true_diffuse.error / 100.0
         engine = engine_of(scene)
@@ -39,13 +39,13 @@ class TRUE_DIFFUSE_OT_use_tolerance(bpy.types.Operator):
         except Unmet as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        choices, unmet = picking.pick(scene, report, share)
+        choices, unmet = settings.pick(scene, report, share)
         for text in unmet if choices else unmet[:-1]:
             self.report({"WARNING"}, text)
         if not choices:
             self.report({"ERROR"}, unmet[-1] if unmet else "The scene uses no True Diffuse material with a mode")
             return {"CANCELLED"}
-        samples, linked = picking.use(scene, choices)
+        samples, linked = settings.use(scene, choices)
         if linked:
             self.report({"WARNING"}, f"Linked from other files and left alone: {', '.join(linked)}")
         picked = ", ".join(dict.fromkeys(choice.way for choice in choices.values()))
@@ -57,8 +57,8 @@ class TRUE_DIFFUSE_OT_use_tolerance(bpy.types.Operator):
 
 
 def _report_path() -> Path:
-    from ..package import preferences
-    from ..tolerance import MAKE, Unmet
+    from ..blender.extension import preferences
+    from ..probe.tolerance import MAKE, Unmet
 
     settings = preferences()
     if settings is None or not settings.report:

@@ -12,7 +12,7 @@ class TRUE_DIFFUSE_OT_upgrade(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from .. import upgrade
+        from ..material import upgrade
 
         report = upgrade.upgrade()
         for line in report.lines:

@@ -8,8 +8,8 @@ import bpy
 
 from mathutils import Matrix
 
-from ..usd.read import Names, feeding, read_color, read_number
-from ..usd.surface import Rgb
+from ..material.read import Names, feeding, read_color, read_number
+from ..material.surface import Rgb
 from .lamps import Lamp, lamp_of
 from .layers import Layer
 from .materials import Look, look_of

@@ -10,7 +10,7 @@ from threading import RLock
 
 import gpu
 
-from ..glsl import triangle
+from ..blender.glsl import triangle
 from . import lamps as lamp_data
 from . import shadows
 from .contents import Contents, Part

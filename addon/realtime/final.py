@@ -10,7 +10,7 @@ import bpy
 import gpu
 from mathutils import Matrix
 
-from .. import engines
+from ..blender import engines
 from .contents import Contents
 from .drawing import Painter, Refused, Rgba, forget_shaders
 from .view import View, eye_at

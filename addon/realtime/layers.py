@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..usd.read import DEFAULT_COLOR, DEFAULT_UV
+from ..material.read import DEFAULT_COLOR, DEFAULT_UV
 
 CORNERS = 3  # of a triangle
 

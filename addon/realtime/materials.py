@@ -5,9 +5,9 @@ from dataclasses import dataclass, field, replace
 
 import bpy
 
+from ..material.read import DEFAULT_UV, Names, feeding, group_node, read, read_color, read_number
+from ..material.surface import Attribute, Image, Rgb, Surface
 from ..nodes import SPECULAR_GROUP, SUBSURFACE
-from ..usd.read import DEFAULT_UV, Names, feeding, group_node, read, read_color, read_number
-from ..usd.surface import Attribute, Image, Rgb, Surface
 from . import blocks
 from .laws import LAMBERT, LAWS, SPECULAR, Law
 from .layers import Layer

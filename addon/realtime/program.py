@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from ..glsl import COVERING, SHADERS, source
+from ..blender.glsl import COVERING, SHADERS, source
 from .laws import LAMBERT, Law
 
 MOST_LAMPS = 64

@@ -16,7 +16,7 @@ from ..operators.simplify import TRUE_DIFFUSE_OT_restore, TRUE_DIFFUSE_OT_simpli
 from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
 
 if TYPE_CHECKING:
-    from ..presets import Preset
+    from ..material.presets import Preset
 
 COLUMNS = 3
 PICTURE_SIZE = 4.0  # times an icon's
@@ -88,7 +88,7 @@ class TRUE_DIFFUSE_MT_object(bpy.types.Menu):
 
 def draw_presets(layout: bpy.types.UILayout, context: bpy.types.Context, kind: str) -> None:
     """Draw pictures of the presets of `kind`, and names that add a node in the Shader Editor, elsewhere give objects a material."""
-    from ..presets import PRESETS
+    from ..material.presets import PRESETS
 
     in_shader_editor = context.space_data.type == "NODE_EDITOR"
     operator = TRUE_DIFFUSE_OT_add_preset if in_shader_editor else TRUE_DIFFUSE_OT_assign_preset

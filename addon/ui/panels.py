@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from ..marks import LEAST_FOR
+from ..blender.id_properties import LEAST_FOR
 from ..operators.apply import TRUE_DIFFUSE_OT_apply_preset
 from ..operators.convert import TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes
 from ..operators.lamps import TRUE_DIFFUSE_OT_choose_lamps, TRUE_DIFFUSE_OT_toggle_lamp
@@ -19,7 +19,7 @@ from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
 from . import menus, plots
 
 if TYPE_CHECKING:
-    from ..claims import Claim
+    from ..material.summary import Claim
 
 CHANNELS = ("Red", "Green", "Blue")
 NARROWEST, WIDEST = 7.0, 13.0  # of a plot, times an icon's size
@@ -32,8 +32,8 @@ class TRUE_DIFFUSE_MT_apply(bpy.types.Menu):
     bl_label = "Presets"
 
     def draw(self, context: bpy.types.Context) -> None:
+        from ..material.presets import PRESETS
         from ..nodes.graph import stamp_of
-        from ..presets import PRESETS
 
         node = node_of(context)
         presets = [preset for preset in PRESETS.values() if node and preset.group.key == stamp_of(node)[0]]
@@ -99,8 +99,8 @@ class TRUE_DIFFUSE_PT_scene(bpy.types.Panel):
 
 def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
     """Draw all that there is to a material."""
-    from ..claims import claim_of, claim_of_node
-    from ..materials import refusal
+    from ..material.materials import refusal
+    from ..material.summary import claim_of, claim_of_node
 
     node = node_of(context)
     claim = claim_of_node(node) if node else None
@@ -168,7 +168,7 @@ def draw_sockets(layout: bpy.types.UILayout, node: bpy.types.Node) -> None:
 
 def draw_plots(layout: bpy.types.UILayout, context: bpy.types.Context, claim: "Claim") -> None:
     """Draw the lobe, and the profile below the surface where there is one, each with what its axes are."""
-    from ..claims import engine_of
+    from ..material.summary import engine_of
     from ..nodes import SUBSURFACE
 
     engine = engine_of(context.scene)
@@ -213,7 +213,7 @@ def draw_accuracy(
     layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material, claim: "Claim", surface: "Claim | None"
 ) -> None:
     """Draw the error that the formulas state, and what was measured last of the material's `surface`."""
-    from ..claims import stated_error
+    from ..material.summary import stated_error
 
     layout.label(text=stated_error(claim, context.scene) or "Measure to know", icon="INFO")
     layout.operator(TRUE_DIFFUSE_OT_measure.bl_idname)

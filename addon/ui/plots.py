@@ -14,8 +14,8 @@ import bpy
 import bpy.utils.previews
 
 if TYPE_CHECKING:
-    from ..claims import Claim
-    from ..engines import Engine
+    from ..blender.engines import Engine
+    from ..material.summary import Claim
 
 type Color = tuple[int, int, int]
 type Points = Sequence[tuple[float, float]]
@@ -92,8 +92,8 @@ def lobe(claim: "Claim", engine: "Engine | None") -> Canvas:
 
     Gray lines are Lambert's. Views from -90 to 90 degrees; a dot marks where each light stands. The color's luminance counts.
     """
-    from ..measure.error import LUMINANCE
-    from ..models.lobes import Rendered
+    from ..closures.lobes import Rendered
+    from ..models.color import LUMINANCE
     from ..models.quadrature import NORMAL
     from ..models.vector import Vector
 
@@ -143,8 +143,9 @@ def profile(claim: "Claim") -> Canvas:
 
 
 def _profiles(claim: "Claim") -> list:
-    """Return the profile of each channel: what a random walk gives, as `models/conversion.py` says."""
-    from ..models import EDGE_WIDTH_25_75, Burley, edge_width
+    """Return the profile of each channel: what a random walk gives, as `closures/subsurface_fit.py` says."""
+    from ..closures.subsurface_fit import edge_width
+    from ..models import EDGE_WIDTH_25_75, Burley
 
     lengths, scale = claim.rgb("Mean Free Path"), claim.number("Scale")
     colors = claim.rgb("Color")

@@ -11,7 +11,7 @@ hook.py       where Blender calls us; report.py what could not be carried
 
 import bpy
 
-from . import report
+from ..blender import report
 
 
 def register() -> None:

@@ -6,9 +6,9 @@ from dataclasses import asdict
 
 from pxr import Gf, Sdf, Usd, UsdMtlx, UsdShade, Vt
 
+from ..material.surface import KEY, Attribute, Image, Setting, Source, Surface
 from .materialx import VERSION
 from .network import Constant, Network
-from .surface import KEY, Attribute, Image, Setting, Source, Surface
 
 RENDER_CONTEXT = "mtlx"
 VECTORS = {

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import bpy
 
-from . import report
+from ..blender import report
 
 if TYPE_CHECKING:
     from pxr import Sdf, Usd, UsdShade
@@ -57,7 +57,7 @@ class TRUE_DIFFUSE_USD_hook(bpy.types.USDHook):
 
     @staticmethod
     def material_import_poll(_context: MaterialImport, usd_material: "UsdShade.Material") -> bool:
-        from .surface import KEY
+        from ..material.surface import KEY
 
         return usd_material.GetPrim().HasCustomDataKey(KEY)
 
@@ -81,7 +81,7 @@ def export_material(
     export_texture: Callable[[bpy.types.Image], str], material: bpy.types.Material, usd_material: "UsdShade.Material"
 ) -> bool:
     """Write both networks and the values of one of our materials; returns False where it is none of ours."""
-    from .read import Names, group_node, identifier, read
+    from ..material.read import Names, group_node, identifier, read
 
     found = group_node(material)
     if found is None:
@@ -90,7 +90,7 @@ def export_material(
 
     stage = usd_material.GetPrim().GetStage()
     surface, lost = read(*found, Names(lambda image: _file(stage, image, export_texture), identifier))
-    lost += preview.lost(surface)
+    lost += [*materialx.lost(surface), *preview.lost(surface)]
     author.write(usd_material, preview.network(surface), materialx.network(surface, millimeter(stage)))
     author.remember(usd_material.GetPrim(), surface, lost)
     for text in lost:
@@ -108,7 +108,7 @@ def millimeter(stage: "Usd.Stage") -> float:
 
 def _file(stage: "Usd.Stage", image: bpy.types.Image, export_texture: Callable[[bpy.types.Image], str]) -> str:
     """Return how the stage refers to `image`, after writing it. Raises Lost where the file is not there then."""
-    from .read import Lost
+    from ..material.read import Lost
 
     path = export_texture(image)
     if not path or not Path(stage.GetRootLayer().ComputeAbsolutePath(path)).is_file():
@@ -124,7 +124,7 @@ def part_materials(stage: "Usd.Stage", written: Mapping["Sdf.Path", Sequence[bpy
 
 
 def _no_texture(image: bpy.types.Image) -> str:
-    from .read import Lost
+    from ..material.read import Lost
 
     raise Lost(f"the image {image.name} of a material whose name another one has in USD")
 

@@ -11,13 +11,13 @@ which generalized_schlick_bsdf gives with exponent 1 from color0 to black: at th
 
 from collections.abc import Callable
 
+from ..material.surface import Attribute, Image, Surface, slope
+from ..models.color import LUMINANCE
 from ..models.geometry import clamp
-from .nearest import Nearest
+from .nearest import LAWS, Nearest
 from .network import BOOL, COLOR, COLOR4, FILE, FLOAT, INT, STRING, TOKEN, VECTOR2, Constant, Input, Network, Output
-from .surface import Attribute, Image, Surface, slope
 
 VERSION = "1.39"
-LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear Rec. 709, by which Blender makes a number of a color
 
 
 def network(surface: Surface, millimeter: float) -> Network:
@@ -164,3 +164,10 @@ def highlight(surface: Surface) -> tuple[float, float]:
     exponent = clamp(surface.number("Exponent"), 0.0, 10000.0)
     height = _unit(surface.number("Specular")) * (exponent + 8.0) / (exponent + 2.0)
     return height, (2.0 / (exponent + 2.0)) ** 0.5
+
+
+def lost(surface: Surface) -> list[str]:
+    """Return a line where MaterialX has another formula for the surface's model."""
+    model = str(surface.inputs.get("Model", ""))
+    near = LAWS[model].near if model else ""
+    return [f"{model} is no model of MaterialX: {near} stands for it"] if near else []

@@ -12,8 +12,8 @@ import bpy
 
 from pxr import Sdf, Usd, UsdShade
 
-from . import report
-from .read import group_node, identifier
+from ..blender import report
+from ..material.read import group_node, identifier
 
 type Written = Mapping[Sdf.Path, Sequence[bpy.types.ID]]
 """The data-blocks that Blender wrote, by prim."""

@@ -10,11 +10,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import sqrt
 
+from ..material.surface import Attribute, Image, Source, Surface, slope
 from ..models.geometry import clamp
 from .materialx import highlight
 from .nearest import Nearest
 from .network import COLOR, FILE, FLOAT, INT, STRING, TOKEN, VECTOR2, VECTOR3, VECTOR4, Constant, Input, Network, Output
-from .surface import Attribute, Image, Source, Surface, slope
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import bpy
 
-from ..materials import add_group, set_thickness, show
+from ..material.materials import add_group, set_thickness, show
+from ..material.read import DEFAULT_UV, WRAPS
+from ..material.surface import Attribute, Image, Setting, Source, Surface
 from ..nodes import GROUPS
-from .read import DEFAULT_UV, WRAPS
-from .surface import Attribute, Image, Setting, Source, Surface
 
 EXTENSIONS = {wrap: extension for extension, wrap in WRAPS.items()}
 

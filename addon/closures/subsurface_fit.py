@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the engines' Subsurface closures are fed, so that one medium looks alike in all of them.
+
+The medium is a half-space of isotropic scattering with mean free path l = 1 / sigma_t' and an index-matched boundary. Seen along
+the normal (light's way turned round: a beam from mu = MU) it reflects the share `color`, and the edge of a shadow on it is
+`edge_width(color)` l wide. The engines take other numbers for that:
+
+- Cycles, Random Walk: enters along the refracted view direction and walks, then scatters as Lambert where it comes out. At the
+  closure's largest IOR and Roughness 0 it enters nearly along the normal, from wherever it is seen. It turns the color into alpha
+  by van de Hulst's fit, which holds for light from everywhere; so the color here is that of the alpha which the beam needs. Below
+  LEAST_ALPHA it scales what that reflects. It ends after 256 steps: what would have come later (`lost`) is a Lambert
+  closure's, and the mean free path longer, for the width to be right again.
+- Cycles, Random Walk (Legacy): the same, by another fit of the color (M. Wrenninge, R. Villemin, C. Hery, "Path Traced Subsurface
+  Scattering using Anisotropic Phase Functions and Non-Exponential Free Flights", 2017) and with a radius of 4 pi mean free paths.
+- Cycles, Random Walk (Skin): half of the light enters as from everywhere, and the radius shrinks by sqrt(3 (1 - alpha')) of a
+  standard dipole. Its color moves with the view, by up to a fifth; right is what is seen along the normal.
+- Cycles, Christensen-Burley: the profile of burley.py with d = radius / (4 pi), normalized to the color.
+- EEVEE: the same profile on the screen with d = radius / (4 pi s(A)), A = color / its brightest channel, eq. (6) of the paper. It
+  cuts the profile short (SCREEN), and keeps radii in 10 bits, on average half a step too small (HALF_STEP).
+
+`scripts/fit/subsurface.py` finds the numbers. All arguments are clamped to [0, 1], NaN to 0.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ..models.burley import EDGE_WIDTH_25_75, diffuse_mfp
+from ..models.geometry import clamp
+from ..models.half_space import VAN_DE_HULST, Rational
+
+IOR, SKIN_IOR = 3.8, 1.4  # of the closure, to bend what enters; not of the surface
+MU = 0.988  # mean cosine inside at IOR, over all views
+LAMBERT_BELOW = 1e-6  # mean free path in Blender's units: 32-bit floats cannot tell less, so it is Lambert's, fed the color itself
+LEAST_ALPHA, STEPS = 0.2, 255.5
+H = 2.8866  # Chandrasekhar's H(MU) at alpha = 1
+# Exact slopes at both ends: -H in s at 0, and (1 - MU ln(1 + 1 / MU)) / 2 in alpha at 0. To 5e-5.
+BEAM = Rational(-0.445, H - 0.555, 1.445 / 0.309189 - H - 0.445)
+DARKEST = BEAM.reflectance(math.sqrt(1.0 - LEAST_ALPHA))
+DARKENING = 0.5 * 0.309189 * LEAST_ALPHA / DARKEST  # of what Cycles scales, at color 0
+WIDTH = (0.28634, 1.0129, -0.48255, -0.66528)  # three above, one below; to 1.8 %, most of it the noise of the walks
+LEGACY = (1.3107, -0.60442, 0.86078, -1.6972, 2.1084, -1.0567)
+SKIN = (1.1167, -0.2224, 0.54516, -1.6331, 2.3059, -1.1888)
+SKIN_SHRINKING = (1.9349, -3.7188, 1.8027, 5.4531, -5.6936)  # three above, two below
+SKIN_LOST = 0.75  # of what Random Walk loses: as much as keeps white at 1
+SCREEN = 1.05  # as measured on edges of 10 cm
+HALF_STEP = 1.0 / 1023.0  # Blender's units, of radii up to 1
+LONGER = (1.0, 4.0, 12.0)  # in the share of the color that is lost
+
+
+class Fed(NamedTuple):
+    """One channel of a Subsurface closure, and of a Lambert closure beside it."""
+
+    color: float
+    radius: float
+    """In mean free paths of the medium."""
+    rest: float
+    """Color of the Lambert closure."""
+
+
+def rational(coefficients: Sequence[float], above: int, x: float) -> float:
+    """Return (n_0 + n_1 x + ...) / (1 + d_1 x + ...), given the `above` numbers of the numerator and those of the denominator."""
+    numerator = denominator = 0.0
+    for coefficient in reversed(coefficients[:above]):
+        numerator = numerator * x + coefficient
+    for coefficient in reversed(coefficients[above:]):
+        denominator = (denominator + coefficient) * x
+    return numerator / (1.0 + denominator)
+
+
+def edge_width(color: float) -> float:
+    """Return how wide the edge of a shadow is on the medium that reflects `color`, from 25 to 75 % [mean free paths]."""
+    return rational(WIDTH, 3, clamp(color, 0.0, 1.0))
+
+
+def darkened(color: float) -> float:
+    """Return `color` in [0, 1], less where Cycles scales what it reflects at LEAST_ALPHA, which is more than a medium reflects."""
+    return color * min(1.0, DARKENING + (1.0 - DARKENING) * color / DARKEST)
+
+
+def lost(s: float) -> float:
+    """Return the share of light that a walk would bring back after its last step, for alpha = 1 - s^2.
+
+    H / sqrt(pi n) [e^(-t^2) - sqrt(pi) t erfc(t)], t = s sqrt(n): the tail of the orders n^(-3/2) that H s begins. The bracket is
+    e^(-t^2) / (1 + sqrt(pi) t + 1.3 t^2) to 0.003.
+    """
+    t = s * math.sqrt(STEPS)
+    return H / math.sqrt(math.pi * STEPS) * math.exp(-t * t) / (1.0 + t * (math.sqrt(math.pi) + 1.3 * t))
+
+
+def random_walk(color: float) -> Fed:
+    """Return what Cycles' Random Walk is fed for a medium that reflects `color`, at IOR and Roughness 0."""
+    color = clamp(color, 0.0, 1.0)
+    s = BEAM.s(darkened(color))
+    return Fed(VAN_DE_HULST.reflectance(s), _longer(color, s), lost(s))
+
+
+def random_walk_legacy(color: float) -> Fed:
+    """Return what Cycles' Random Walk (Legacy) is fed for a medium that reflects `color`, at IOR and Roughness 0."""
+    color = clamp(color, 0.0, 1.0)
+    dark = darkened(color)
+    s = BEAM.s(dark)
+    return Fed(dark * rational(LEGACY, 6, dark), 4.0 * math.pi * _longer(color, s), lost(s))
+
+
+def random_walk_skin(color: float) -> Fed:
+    """Return what Cycles' Random Walk (Skin) is fed for a medium that reflects `color`, at SKIN_IOR."""
+    color = clamp(color, 0.0, 1.0)
+    dark = darkened(color)
+    s = BEAM.s(dark)
+    length = _longer(color, s) / rational(SKIN_SHRINKING, 3, color)
+    return Fed(dark * rational(SKIN, 6, dark), length, SKIN_LOST * lost(s))
+
+
+def _longer(color: float, s: float) -> float:
+    """Return by how much the mean free path grows, for what is lost to be made up for in the width of an edge."""
+    return rational(LONGER, 3, lost(s) / max(color, DARKEST))
+
+
+def burley(color: float) -> Fed:
+    """Return what Cycles' Christensen-Burley is fed for a medium that reflects `color`."""
+    color = clamp(color, 0.0, 1.0)
+    return Fed(color, 4.0 * math.pi * edge_width(color) / EDGE_WIDTH_25_75, 0.0)
+
+
+def eevee(color: float, brightest: float) -> Fed:
+    """Return what EEVEE's Subsurface closure is fed for a medium that reflects `color`, of whose channels one is `brightest`.
+
+    To the radius in Blender's units comes HALF_STEP, or as much again where that is less.
+    """
+    color, brightest = clamp(color, 0.0, 1.0), clamp(brightest, 0.0, 1.0)
+    fed = burley(color)
+    return Fed(fed.color, fed.radius * SCREEN * diffuse_mfp(color / max(brightest, 1e-6)), 0.0)

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Watches what comes from our asset library, so that its materials share one copy of each group with those that are there.
+
+Blender copies a group along with each material it appends. The copies' users are given to the group of the file, so that the copies
+are gone when the file is saved. A group that its user has changed, here or there, stays its own.
+"""
+
+from pathlib import Path
+
+import bpy
+
+from ..blender.extension import ASSET_FILE
+from ..blender.id_properties import AS_BUILT, LEAST_FOR, STAMP
+
+
+@bpy.app.handlers.persistent
+def share(context: bpy.types.BlendImportContext) -> None:
+    """Make what was appended from our library use the file's own groups."""
+    came = {item.id for item in context.import_items if item.id and Path(item.source_library.filepath).name == ASSET_FILE}
+    if not came:
+        return
+    from ..nodes.graph import fingerprint
+
+    def as_built(tree: bpy.types.NodeTree) -> bool:
+        return STAMP in tree and LEAST_FOR not in tree and tree.get(AS_BUILT) == fingerprint(tree)
+
+    trees = [item for item in came if isinstance(item, bpy.types.ShaderNodeTree) and item.library is None and as_built(item)]
+    for tree in trees:
+        for own in bpy.data.node_groups:
+            if own not in came and own.library is None and own.get(STAMP) == tree[STAMP] and as_built(own):
+                tree.user_remap(own)
+                break
+
+
+def register() -> None:
+    bpy.app.handlers.blend_import_post.append(share)
+
+
+def unregister() -> None:
+    bpy.app.handlers.blend_import_post.remove(share)

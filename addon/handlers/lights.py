@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lamps that are deleted drop out of the mode Lamps: their drivers would keep the last values, for a light that is no more."""
+
+import bpy
+
+
+@bpy.app.handlers.persistent
+def drop_deleted(_scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph) -> None:
+    """Let the mode Lamps follow what is left of the chosen lamps, where an object has been deleted since the last call."""
+    global count
+    before, count = count, len(bpy.data.objects)
+    if count < before:
+        from ..nodes import lamps
+
+        lamps.drop_deleted()
+
+
+count = 0  # objects of the file at the last call
+
+
+def register() -> None:
+    bpy.app.handlers.depsgraph_update_post.append(drop_deleted)
+
+
+def unregister() -> None:
+    bpy.app.handlers.depsgraph_update_post.remove(drop_deleted)

@@ -1,0 +1,358 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's own Diffuse, Principled and Subsurface Scattering BSDFs made into True Diffuse groups that look as Cycles shows them.
+
+- Diffuse BSDF: Rough Diffuse with the model Cycles Diffuse, which is the node's own in Cycles, or Lambert at Roughness 0.
+- Principled BSDF: Subsurface, or Rough Diffuse where it has neither highlight nor subsurface scattering. Its Specular IOR Level L
+  scales what is mirrored head on, F0, by 2 L; the group gets the index of refraction that mirrors as much, and its full coat. What
+  would look grossly different without its metal, glass, clear coat, glow or holes is left alone.
+- Subsurface Scattering: Subsurface without a coat. Cycles' closures take numbers of their own kind for color and radius: see
+  closures/subsurface_fit.py, which is turned round here. Cycles' random walks come out darker than their Color, by up to a fifth;
+  the group's Color is what came out (see ENTRY). EEVEE's own reading of the numbers, the same for all methods, does not count.
+
+Textures and other nodes stay linked. Where Color is linked it is passed on as it is, and lengths are those of a color of 0.5.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+import bpy
+
+from ..blender import fcurves
+from ..closures import subsurface_fit
+from ..closures.subsurface_fit import Fed
+from ..nodes import ROUGH_DIFFUSE, SUBSURFACE, Group
+from ..nodes.graph import STAMP
+from .materials import Setting, add_group, materials_of, refusal, set_inputs, set_thickness
+
+MILLIMETERS = 1000.0  # in a meter
+UNKNOWN_COLOR = 0.5
+# A random walk that enters head on reflects what the fits are for, one that enters from everywhere its Color. Through a boundary of
+# Roughness r it is ENTRY[0] + ENTRY[1] r of the way between them, as measured on spheres of colors 0.1 to 0.8; to 2 %.
+ENTRY = (0.17, 0.53)
+HIGHEST_IOR = 3.0  # of the group's coat
+# What Principled's subsurface_method and Subsurface Scattering's falloff are in the group, and what Cycles is fed for it
+METHODS: dict[str, tuple[str, Callable[[float], Fed]]] = {
+    "BURLEY": ("Christensen-Burley", subsurface_fit.burley),
+    "RANDOM_WALK": ("Random Walk", subsurface_fit.random_walk),
+    "RANDOM_WALK_SKIN": ("Random Walk (Skin)", subsurface_fit.random_walk_skin),
+    "RANDOM_WALK_LEGACY": ("Random Walk (Legacy)", subsurface_fit.random_walk_legacy),
+}
+ENTERED = {"RANDOM_WALK", "RANDOM_WALK_LEGACY"}
+GROSS = {"Metallic": "metal", "Transmission Weight": "transmission", "Coat Weight": "a clear coat"}
+MINOR = {"Sheen Weight": "sheen", "Anisotropic": "anisotropy", "Thin Film Thickness": "thin film"}
+CONVERTIBLE = {"BSDF_DIFFUSE", "BSDF_PRINCIPLED", "SUBSURFACE_SCATTERING"}
+
+
+class Refused(Exception):
+    """A node cannot be converted; the message says why, in a few words."""
+
+
+@dataclass
+class Report:
+    """What a conversion did: materials by name, settings in words, and lines about what stayed or was lost."""
+
+    converted: list[str] = field(default_factory=list)
+    settings: list[str] = field(default_factory=list)
+    lines: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Feed:
+    """An output that feeds a socket, a vector times `factor` if there is one."""
+
+    source: bpy.types.NodeSocket
+    factor: tuple[float, ...] | None = None
+
+
+@dataclass
+class Plan:
+    """The node that takes another one's place."""
+
+    group: Group
+    values: dict[str, Setting] = field(default_factory=dict)
+    feeds: dict[str, Feed] = field(default_factory=dict)
+    lost: list[str] = field(default_factory=list)
+
+    def take(self, socket: bpy.types.NodeSocket, name: str) -> None:
+        """Make the group's input `name` what `socket` is: its link, or else its value."""
+        source = source_of(socket)
+        if source:
+            self.feeds[name] = Feed(source)
+        elif socket.type == "RGBA":
+            self.values[name] = tuple(socket.default_value)
+        elif name != "Normal":
+            self.values[name] = socket.default_value
+
+
+def source_of(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
+    """Return the output that feeds `socket`, None where nothing does."""
+    return next((link.from_socket for link in socket.links if link.is_valid and not link.is_muted), None)
+
+
+def is_on(socket: bpy.types.NodeSocket) -> bool:
+    """Return whether a weight is linked or above 0."""
+    return source_of(socket) is not None or socket.default_value > 0.0
+
+
+def diffuse(node: bpy.types.Node, _meter: float, mode: str) -> Plan:
+    """Return what takes the place of a Diffuse BSDF."""
+    plan = Plan(ROUGH_DIFFUSE, {"Mode": mode})
+    plan.take(node.inputs["Color"], "Color")
+    _rough(plan, node.inputs["Roughness"])
+    plan.take(node.inputs["Normal"], "Normal")
+    return plan
+
+
+def subsurface(node: bpy.types.Node, meter: float, _mode: str) -> Plan:
+    """Return what takes the place of a Subsurface Scattering BSDF."""
+    plan = Plan(SUBSURFACE, {"Specular": 0.0})
+    lengths = node.inputs["Radius"], node.inputs["Scale"]
+    _medium(plan, node.falloff, node.inputs["Color"], *lengths, node.inputs.get("Roughness"), meter)
+    plan.take(node.inputs["Normal"], "Normal")
+    if node.falloff != "BURLEY" and is_on(node.inputs["Anisotropy"]):
+        plan.lost.append("anisotropy of the scattering")
+    return plan
+
+
+def principled(node: bpy.types.Node, meter: float, mode: str) -> Plan:
+    """Return what takes the place of a Principled BSDF; raises Refused where that would look grossly different."""
+    inputs = node.inputs
+    gross = [words for name, words in GROSS.items() if is_on(inputs[name])]
+    if source_of(inputs["Alpha"]) or inputs["Alpha"].default_value < 1.0:
+        gross.append("transparency")
+    glow = inputs["Emission Color"]
+    if is_on(inputs["Emission Strength"]) and (source_of(glow) or any(value > 0.0 for value in glow.default_value[:3])):
+        gross.append("emission")
+    if is_on(inputs["Thin Wall"]) and is_on(inputs["Subsurface Weight"]):
+        gross.append("thin walls that light passes")
+    if gross:
+        raise Refused(f"has {' and '.join(gross)}")
+    scatters, mirrors = is_on(inputs["Subsurface Weight"]), is_on(inputs["Specular IOR Level"])
+    plan = Plan(SUBSURFACE if scatters or mirrors else ROUGH_DIFFUSE)
+    if plan.group is ROUGH_DIFFUSE:
+        plan.values["Mode"] = mode
+        plan.take(inputs["Base Color"], "Color")
+    else:
+        plan.take(inputs["Subsurface Weight"], "Subsurface")
+        _highlight(plan, node)
+        if scatters:
+            lengths = inputs["Subsurface Radius"], inputs["Subsurface Scale"]
+            _medium(plan, node.subsurface_method, inputs["Base Color"], *lengths, inputs["Roughness"], meter)
+        else:
+            plan.take(inputs["Base Color"], "Color")
+    _rough(plan, inputs["Diffuse Roughness"])
+    plan.take(inputs["Normal"], "Normal")
+    plan.lost += [words for name, words in MINOR.items() if is_on(inputs[name])]
+    if scatters and node.subsurface_method != "BURLEY" and is_on(inputs["Subsurface Anisotropy"]):
+        plan.lost.append("anisotropy of the scattering")
+    return plan
+
+
+def _rough(plan: Plan, roughness: bpy.types.NodeSocket) -> None:
+    if is_on(roughness):
+        plan.values["Model"] = "Cycles Diffuse"
+        plan.take(roughness, "Roughness")
+    else:
+        plan.values["Model"] = "Lambert"
+
+
+def _highlight(plan: Plan, node: bpy.types.Node) -> None:
+    """Fill in the coat of a Principled BSDF's specular layer."""
+    level, ior, tint = (node.inputs[name] for name in ("Specular IOR Level", "IOR", "Specular Tint"))
+    plan.take(node.inputs["Roughness"], "Specular Roughness")
+    if source_of(tint) or any(value != 1.0 for value in tint.default_value[:3]):
+        plan.lost.append("tint of the highlight")
+    if source_of(level):
+        plan.take(level, "Specular")
+        plan.take(ior, "IOR")
+        plan.lost.append("Specular IOR Level, which is linked, now weighs the highlight")
+    elif source_of(ior):
+        plan.values["Specular"] = min(1.0, 2.0 * level.default_value)
+        plan.take(ior, "IOR")
+    else:
+        plan.values["Specular"] = float(level.default_value > 0.0)
+        plan.values["IOR"] = index(ior.default_value, level.default_value)
+
+
+def index(ior: float, level: float) -> float:
+    """Return the index of refraction, in [1, HIGHEST_IOR], that mirrors head on what `ior` does times twice `level`."""
+    mirrored = min(((ior - 1.0) / (ior + 1.0)) ** 2 * 2.0 * level, 0.99)
+    root = math.sqrt(mirrored)
+    return min((1.0 + root) / (1.0 - root), HIGHEST_IOR)
+
+
+def _medium(
+    plan: Plan,
+    falloff: str,
+    color: bpy.types.NodeSocket,
+    radius: bpy.types.NodeSocket,
+    scale: bpy.types.NodeSocket,
+    roughness: bpy.types.NodeSocket | None,
+    meter: float,
+) -> None:
+    """Fill in the method, the color and the mean free path of a closure of Cycles; `meter` is the scene's unit in meters.
+
+    `roughness` is that of the boundary, which the random walks but Skin enter through.
+    """
+    plan.values["Method"], feed = METHODS[falloff]
+    if source_of(color):
+        plan.take(color, "Color")
+        reached = [UNKNOWN_COLOR] * 3
+        if falloff != "BURLEY":
+            plan.lost.append("linked Color is reflected in full now, which Cycles' walk was up to a fifth darker than")
+    else:
+        given = color.default_value[:3]
+        reached = [medium_color(feed, value) for value in given]
+        slant = 0.0
+        if falloff in ENTERED and roughness is not None:
+            slant = ENTRY[0] + ENTRY[1] * (0.5 if source_of(roughness) else roughness.default_value)
+        smooth = (value - feed(value).rest for value in reached)
+        plan.values["Color"] = (*(a + (b - a) * slant for a, b in zip(smooth, given, strict=True)), 1.0)
+    factor = MILLIMETERS * meter
+    if source_of(scale):
+        plan.take(scale, "Scale")
+    else:
+        factor *= scale.default_value
+    factors = tuple(factor / feed(value).radius for value in reached)
+    source = source_of(radius)
+    if source:
+        plan.feeds["Mean Free Path"] = Feed(source, factors)
+    else:
+        plan.values["Mean Free Path"] = tuple(a * b for a, b in zip(radius.default_value, factors, strict=True))
+
+
+def medium_color(feed: Callable[[float], Fed], color: float) -> float:
+    """Return the color, in [0, 1], of the medium for which a closure is fed `color`; by bisection, `feed` grows with it."""
+    low, high = 0.0, 1.0
+    for _ in range(52):
+        middle = (low + high) / 2.0
+        if feed(middle).color < color:
+            low = middle
+        else:
+            high = middle
+    return (low + high) / 2.0
+
+
+PLANS: Mapping[str, Callable[[bpy.types.Node, float, str], Plan]] = {
+    "BSDF_DIFFUSE": diffuse,
+    "BSDF_PRINCIPLED": principled,
+    "SUBSURFACE_SCATTERING": subsurface,
+}
+
+
+def convert_materials(
+    materials: Iterable[bpy.types.Material],
+    meter: float,
+    mode: str = "Lobes",
+    chosen: Callable[[bpy.types.Node], bool] = lambda _node: True,
+) -> Report:
+    """Convert the nodes that the outputs of `materials` show, those that are `chosen`; returns what was done.
+
+    `meter` is the scene's unit in meters (unit_settings.scale_length), `mode` that of Rough Diffuse.
+    """
+    report = Report()
+    for material in dict.fromkeys(materials):
+        nodes = [node for node in shown(material.node_tree) if node.type in CONVERTIBLE and chosen(node)]
+        words = refusal(material)
+        if words:
+            report.lines += [f"{material.name} {words}"] if nodes else []
+            continue
+        count, lines = convert_nodes(material.node_tree, nodes, meter, mode)
+        report.lines += [f"{material.name}: {line}" for line in (*lines, *_inner(material.node_tree))]
+        if count:
+            report.converted.append(material.name)
+            set_thickness(material)
+    return report
+
+
+def convert_nodes(
+    tree: bpy.types.ShaderNodeTree, nodes: Iterable[bpy.types.Node], meter: float, mode: str = "Lobes"
+) -> tuple[int, list[str]]:
+    """Convert `nodes` of `tree`; returns how many were, and lines about those that were not or lost something."""
+    count, lines = 0, []
+    for node in list(nodes):
+        name = node.label or node.name
+        try:
+            if fcurves.of_node(tree, node):
+                raise Refused("is animated")
+            plan = PLANS[node.type](node, meter, mode)
+            made = plan.group.ensure()
+            if made == tree or made.contains_tree(tree):
+                raise Refused("is a part of the group that would replace it")
+        except Refused as reason:
+            lines.append(f"{name} {reason} and is left alone")
+            continue
+        _replace(tree, node, plan)
+        count += 1
+        lines += [f"{name} lost: {words}" for words in plan.lost]
+    return count, lines
+
+
+def shown(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.Node]:
+    """Return the nodes that an output of `tree` shows, without those that are muted and those inside groups."""
+    found: dict[str, bpy.types.Node] = {}
+    waiting = [node for node in tree.nodes if node.type == "OUTPUT_MATERIAL"]
+    while waiting:
+        node = waiting.pop()
+        if node.name in found:
+            continue
+        found[node.name] = node
+        waiting += [source.node for source in map(source_of, node.inputs) if source]
+    return [node for node in found.values() if not node.mute]
+
+
+def _inner(tree: bpy.types.ShaderNodeTree) -> Iterator[str]:
+    """Yield a line for each group of the user's whose nodes could be converted."""
+    for node in shown(tree):
+        inner = node.node_tree if node.type == "GROUP" else None
+        if inner and STAMP not in inner and any(part.type in CONVERTIBLE for part in inner.nodes):
+            yield f"what is inside the group {inner.name} is left alone"
+
+
+def _replace(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, plan: Plan) -> None:
+    """Put what `plan` says in the place of `node`."""
+    new = add_group(tree, plan.group)
+    set_inputs(new, plan.values)
+    new.parent, new.location, new.label, new.select = node.parent, node.location, node.label, node.select
+    for name, feed in plan.feeds.items():
+        source = feed.source
+        if feed.factor:
+            times = tree.nodes.new("ShaderNodeVectorMath")
+            times.operation, times.label = "MULTIPLY", "To Millimeters"
+            times.parent, times.location, times.select = node.parent, (node.location.x - 180.0, node.location.y - 260.0), False
+            tree.links.new(source, times.inputs[0])
+            times.inputs[1].default_value = feed.factor
+            source = times.outputs[0]
+        tree.links.new(source, new.inputs[name])
+    for target, is_muted in [(link.to_socket, link.is_muted) for link in node.outputs[0].links]:
+        tree.links.new(new.outputs["BSDF"], target).is_muted = is_muted
+    if tree.nodes.active == node:
+        tree.nodes.active = new
+    tree.nodes.remove(node)
+
+
+def differs(node: bpy.types.Node) -> bool:
+    """Return whether EEVEE and Cycles make different things of a convertible node."""
+    if node.type == "BSDF_DIFFUSE":
+        return is_on(node.inputs["Roughness"])
+    if node.type == "BSDF_PRINCIPLED":
+        return is_on(node.inputs["Diffuse Roughness"]) or is_on(node.inputs["Subsurface Weight"])
+    return True
+
+
+def match_engines(scene: bpy.types.Scene, mode: str) -> Report:
+    """Make EEVEE show `scene` as Cycles does, as far as its materials and render settings go; returns what was done."""
+    report = convert_materials(materials_of(scene), scene.unit_settings.scale_length, mode, differs)
+    eevee, render = scene.eevee, scene.render
+    settings = (
+        (eevee, "light_threshold", 0.0, "Light Threshold is 0, as Cycles cuts no lamp's light off"),
+        (eevee, "use_shadows", True, "Shadows are on"),
+        (render, "filter_size", scene.cycles.filter_width, "Filter Size is that of Cycles"),
+        (render, "use_high_quality_normals", True, "High Quality Normals are on"),
+    )
+    for owner, name, value, words in settings:
+        if getattr(owner, name) != value:
+            setattr(owner, name, value)
+            report.settings.append(words)
+    return report

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The extension's preferences."""
+
+import bpy
+
+from ..blender.extension import PACKAGE
+from ..operators.assets import TRUE_DIFFUSE_OT_add_assets, TRUE_DIFFUSE_OT_remove_assets
+
+
+class TrueDiffusePreferences(bpy.types.AddonPreferences):
+    """What holds for all files of this user."""
+
+    bl_idname = PACKAGE
+
+    report: bpy.props.StringProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
+        name="Report",
+        description="Report written by scripts/report.py, from which the tolerance picks",
+        subtype="FILE_PATH",
+    )
+
+    def draw(self, context: bpy.types.Context) -> None:
+        from ..material import assets
+
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "report")
+        row = layout.row()
+        if PACKAGE.startswith("bl_ext.") and assets.registered(assets.place()):
+            row.operator(TRUE_DIFFUSE_OT_add_assets.bl_idname, text="Update Asset Library")
+            row.operator(TRUE_DIFFUSE_OT_remove_assets.bl_idname)
+        else:
+            row.operator(TRUE_DIFFUSE_OT_add_assets.bl_idname)
+
+
+register, unregister = bpy.utils.register_classes_factory((TrueDiffusePreferences,))

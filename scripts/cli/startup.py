@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What every script does around its own work: options of the same kind, errors, an empty Blender, the engines that run here."""
+
+import sys
+import traceback
+from argparse import ArgumentTypeError
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from true_diffuse.scripts.cli.console import BAD_INPUT, BadInput, Terminal, stop_cleanly
+from true_diffuse.scripts.cli.outputs import Staging
+
+try:
+    from true_diffuse.scripts.cli.rich_terminal import RichTerminal as BestTerminal
+except ImportError:  # in Blender's own Python
+    BestTerminal = Terminal
+
+if TYPE_CHECKING:
+    from bpy.types import Mesh
+
+    from true_diffuse.addon.blender.engines import Engine
+
+ENGINE_KEYS = ("eevee", "cycles", "realtime")
+NODE_ENGINES = ("eevee", "cycles")  # that render what the groups' nodes say
+
+
+def engine_list(text: str, known: Sequence[str] = ENGINE_KEYS) -> tuple[str, ...]:
+    """The type of the option --engine: engines' keys, some of those `known`, comma separated."""
+    keys = tuple(dict.fromkeys(part.strip().lower() for part in text.split(",")))
+    for key in keys:
+        if key not in known:
+            raise ArgumentTypeError(f"unknown engine {key!r}: choose from {', '.join(known)}")
+    return keys
+
+
+def sample_count(text: str) -> int:
+    """The type of the option --samples."""
+    if not text.isdecimal() or not 1 <= int(text) <= 65536:
+        raise ArgumentTypeError(f"{text!r} is not a whole number from 1 to 65536")
+    return int(text)
+
+
+def run_script(prog: str, folder: Path, work: Callable[[Staging, Terminal], None], left: str = "nothing written") -> int:
+    """Do `work` in a terminal, its files staged for `folder`; return the exit status, having said what went wrong if so.
+
+    `left` is what an interrupt leaves, in words.
+    """
+    try:
+        with Staging(folder) as staging:
+            stop_cleanly(staging.discard, left)
+            with BestTerminal() as terminal:
+                work(staging, terminal)
+    except BadInput as error:
+        print(f"{prog}: error: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except Exception:
+        traceback.print_exc()  # as Blender does, but its own exit status would be 0
+        return 1
+    return 0
+
+
+def empty_file() -> None:
+    """Start from a file with nothing in it, and the scene's settings as Blender has them."""
+    import bpy
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+def load_character(who: str) -> "Mesh":
+    """Return the mesh of a character, once Blender is started; raises BadInput where it cannot be had."""
+    from true_diffuse.scripts.characters import character
+
+    try:
+        return character.load(who)
+    except character.CharacterError as error:
+        raise BadInput(str(error)) from error
+
+
+def load_bpy() -> None:
+    """Load Blender's module; raises BadInput where that fails."""
+    try:
+        import bpy  # noqa: F401 - where that fails, it is said in one line
+    except ImportError as error:
+        raise BadInput(f"Blender's module cannot be loaded: {error}") from error
+
+
+def start_blender(keys: Sequence[str], terminal: Terminal) -> list["Engine"]:
+    """Load an empty file, make `true_diffuse` importable, and return the engines of `keys` that run here.
+
+    Raises BadInput where Blender cannot read its renders, or no engine is left.
+    """
+    terminal.say("Loading Blender")
+    load_bpy()
+    import checkout  # noqa: F401 - makes this checkout the package true_diffuse
+    from true_diffuse.addon.blender import engines
+    from true_diffuse.addon.measure import render
+
+    try:
+        render.openimageio()
+    except ImportError:
+        raise BadInput("this Blender lacks OpenImageIO, which reads the renders (Debian: python3-openimageio)") from None
+    empty_file()
+    chosen = [engines.ENGINES[key] for key in keys]
+    drawing = [engine for engine in chosen if engine is not engines.CYCLES]
+    if drawing and not engines.eevee_runs_here():
+        for engine in drawing:
+            terminal.say(f"{engine.label} finds no graphics driver here and is left out")
+            chosen.remove(engine)
+    if not chosen:
+        raise BadInput("no engine is left to render with")
+    if engines.REALTIME in chosen:
+        register_realtime()
+    return chosen
+
+
+def register_realtime() -> None:
+    """Make Realtime known to Blender, which has the other two; an extension that was enabled is not so in an empty file."""
+    from true_diffuse.addon import realtime
+    from true_diffuse.addon.blender import properties
+
+    properties.register()
+    realtime.register()

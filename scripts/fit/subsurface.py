@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finds the numbers of addon/closures/subsurface_fit.py, from the exact reflectance of a half-space and from random walks.
+
+uv run scripts/fit/subsurface.py        some minutes: prints them, with how far they are off
+"""
+
+import math
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from itertools import chain
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import checkout  # noqa: F401 - makes the checkout the package true_diffuse
+from true_diffuse.addon.closures.subsurface_fit import BEAM, MU, SKIN_IOR, rational
+from true_diffuse.addon.models.burley import EDGE_WIDTH_25_75, searchlight_mfp
+from true_diffuse.addon.models.half_space import diffuse_albedo, plane_albedo
+from true_diffuse.scripts.cli.console import Parser, script_arguments
+from true_diffuse.scripts.fit.lobes import solve
+from true_diffuse.scripts.studies.random_walk import Exit, exits
+
+COLORS = tuple(k / 40 for k in range(1, 40))
+ROOTS = (0.97, 0.9, 0.8, 0.65, 0.5, 0.4, 0.3, 0.22, 0.15, 0.1, 0.06, 0.04, 0.025, 0.015)  # s = sqrt(1 - alpha) of the walks
+WIDTH_TERMS, SHRINKING_TERMS = (3, 1), (3, 2)
+SKIN_MU = 0.949  # mean cosine of the half of the light that enters by refraction at SKIN_IOR and roughness 1, seen along the normal
+
+
+def wrenninge(color: float) -> float:
+    """Return the alpha that Cycles' older random walks make of a color."""
+    blend = color**0.25
+    dark = 1.8260523782 * math.atan(5.1124679 * color) ** 1.09686102424
+    light = 0.496310210422 * math.atan(4.2350090 * color) ** 2.40602999408
+    return (1.0 - blend) * dark + blend * light
+
+
+def shrinking(color: float) -> float:
+    """Return q = sqrt(3 (1 - alpha')) of the standard dipole that reflects `color`, with Jensen's F_dr, as Cycles finds it."""
+    f_dr = -1.440 / SKIN_IOR**2 + 0.710 / SKIN_IOR + 0.668 + 0.0636 * SKIN_IOR
+    four_thirds_a = 4.0 / 3.0 * (1.0 + f_dr) / (1.0 - f_dr)
+    return bisect(
+        lambda q: 0.5 * (1.0 - q * q / 3.0) * (1.0 + math.exp(-four_thirds_a * q)) * math.exp(-q), color, math.sqrt(3.0), 0.0
+    )
+
+
+def bisect(f: Callable[[float], float], wanted: float, low: float, high: float) -> float:
+    """Return the x between `low` and `high` at which `f`, rising from low to high, is `wanted`."""
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if f(middle) < wanted else (low, middle)
+    return low
+
+
+def skin_reflectance(s: float) -> float:
+    """Return what Random Walk (Skin) reflects along the normal, for alpha = 1 - s^2."""
+    alpha = 1.0 - s * s
+    return 0.5 * diffuse_albedo(alpha) + 0.5 * plane_albedo(alpha, SKIN_MU)
+
+
+def width(walks: Iterable[list[Exit]]) -> tuple[float, float]:
+    """Return what walks reflect together, and how wide the edge of a shadow is, from 25 to 75 % [mean free paths].
+
+    The edge's slope is the distribution of x, which is that of y.
+    """
+    places = sorted((abs(place), one.weight) for found in walks for one in found for place in (one.x, one.y))
+    total = sum(weight for _, weight in places)
+    below = 0.0
+    for place, weight in places:
+        below += weight
+        if below >= 0.5 * total:
+            return 0.5 * total, 2.0 * place
+    return 0.0, 0.0
+
+
+def rational_fit(points: Sequence[tuple[float, float]], above: int, below: int) -> tuple[float, ...]:
+    """Return (n_0, n_1, ..., d_1, d_2, ...) of (n_0 + n_1 x + ...) / (1 + d_1 x + ...) with the least relative squares.
+
+    `above` and `below` count them. C. Sanathanan and J. Koerner (1963): linear least squares, weighted by the last denominator.
+    """
+    found = [0.0] * (above + below)
+    for _ in range(20):
+        rows = []
+        for x, y in points:
+            weight = y * (1.0 + sum(found[above + k] * x ** (k + 1) for k in range(below)))
+            rows.append(([x**k / weight for k in range(above)] + [-y * x ** (k + 1) / weight for k in range(below)], y / weight))
+        matrix = [[sum(row[i] * row[j] for row, _ in rows) for j in range(len(found))] for i in range(len(found))]
+        found = solve(matrix, [sum(row[i] * right for row, right in rows) for i in range(len(found))])
+    return tuple(found)
+
+
+def show(name: str, coefficients: Sequence[float], above: int, points: Sequence[tuple[float, float]]) -> None:
+    """Print numbers as the module has them, and the largest relative error."""
+    error = max(abs(rational(coefficients, above, x) / y - 1.0) for x, y in points)
+    print(f"{name} = ({', '.join(f'{value:.5g}' for value in coefficients)})  # to {100.0 * error:.2f} %", flush=True)
+
+
+def main() -> int:
+    """Run the script; returns the exit status."""
+    parser = Parser(prog="fit/subsurface.py", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--paths", type=int, default=60_000, metavar="N", help="random walks of each albedo (default: 60000)")
+    paths = parser.parse_args(script_arguments()).paths
+    beam = [(s, plane_albedo(1.0 - s * s, MU)) for s in (k / 100 for k in range(1, 100))]
+    print(f"BEAM is within {100.0 * max(abs(BEAM.reflectance(s) / r - 1.0) for s, r in beam):.4f} %")
+
+    legacy = [(color, bisect(wrenninge, 1.0 - BEAM.s(color) ** 2, 0.0, 1.0) / color) for color in COLORS]
+    show("LEGACY", rational_fit(legacy, 6, 0), 6, legacy)
+    roots = {color: bisect(skin_reflectance, color, 1.0, 0.0) for color in COLORS}
+    skin = [(color, bisect(wrenninge, 1.0 - roots[color] ** 2, 0.0, 1.0) / color) for color in COLORS]
+    show("SKIN", rational_fit(skin, 6, 0), 6, skin)
+
+    widths = []
+    for s in ROOTS:
+        count = round(paths / (1.0 - s))  # few come out where it is dark
+        color, wide = width(exits(1.0 - s * s, mu_i=MU, paths=count))
+        widths.append((color / count, wide))
+    found = rational_fit(widths, *WIDTH_TERMS)
+    show("WIDTH", found, WIDTH_TERMS[0], widths)
+    apart = ", ".join(f"{c:.2f}: {100.0 * (EDGE_WIDTH_25_75 / searchlight_mfp(c) / wide - 1.0):+.1f}" for c, wide in widths)
+    print(f"Burley's map for a beam is off by, at colors, in %: {apart}", flush=True)
+
+    shrunk = []
+    for s in ROOTS:
+        alpha, half = 1.0 - s * s, round(0.5 * paths / (1.0 - s))
+        color, wide = width(chain(exits(alpha, paths=half), exits(alpha, mu_i=SKIN_MU, paths=half)))
+        color /= 2 * half
+        wider = wide / rational(found, WIDTH_TERMS[0], color)
+        shrunk.append((color, wider * shrinking(bisect(wrenninge, alpha, 0.0, 1.0))))
+    show("SKIN_SHRINKING", rational_fit(shrunk, *SHRINKING_TERMS), SHRINKING_TERMS[0], shrunk)
+    return 0
+
+
+if __name__ == "__main__":
+    status = main()
+    sys.stdout.flush()
+    sys.exit(status)

@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Writes the manual: a page for each group, from the group's own sockets, each with a picture at three values or of every entry.
+
+uv run scripts/release/manual.py [OPTIONS]
+blender -b --python scripts/release/manual.py -- [OPTIONS]
+"""
+
+import sys
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import checkout  # noqa: F401 - makes this checkout the package true_diffuse
+from true_diffuse.scripts.cli.console import Parser, Terminal, script_arguments
+from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.startup import run_script, sample_count, start_blender
+from true_diffuse.scripts.release.previews import build
+
+if TYPE_CHECKING:
+    import bpy
+
+    from true_diffuse.addon.blender.engines import Engine
+    from true_diffuse.addon.material.materials import Setting
+    from true_diffuse.addon.nodes import Group
+    from true_diffuse.addon.nodes.graph import Socket
+
+PAGES = Path(__file__).resolve().parents[2] / "scripts" / "manual"
+SIZE = 176  # pixels each way, of one value
+WARM, COOL, DARK = (0.8, 0.45, 0.25, 1.0), (0.3, 0.5, 0.7, 1.0), (0.1, 0.1, 0.1, 1.0)
+# By group and socket: the values to show, and what else is set so that they can be seen. A menu shows all of its entries.
+VALUES: dict[str, dict[str, Sequence["Setting"]]] = {
+    "rough_diffuse": {"Color": (DARK, WARM, COOL), "Roughness": (0.0, 0.33, 1.0), "IOR": (1.0, 1.5, 3.0)},
+    "subsurface": {
+        "Color": (DARK, WARM, COOL),
+        "Roughness": (0.0, 0.33, 1.0),
+        "Subsurface": (0.0, 0.5, 1.0),
+        "Mean Free Path": ((0.1, 0.1, 0.1), (1.3, 0.95, 0.67), (5.0, 1.0, 0.2)),
+        "Scale": (0.2, 1.0, 5.0),
+        "Specular": (0.0, 0.5, 1.0),
+        "Specular Roughness": (0.1, 0.4, 0.8),
+        "IOR": (1.1, 1.4, 2.0),
+    },
+    "specular": {"Color": (DARK, WARM, COOL), "Specular": (0.0, 0.1, 0.4), "Exponent": (5.0, 20.0, 100.0)},
+}
+USUAL: dict[str, dict[str, "Setting"]] = {  # what else a group is set to
+    "rough_diffuse": {"Color": (0.6, 0.6, 0.6, 1.0)},
+    "subsurface": {"Color": (0.65, 0.4, 0.3, 1.0), "Specular": 0.5},
+    "specular": {"Color": (0.15, 0.15, 0.18, 1.0), "Specular": 0.2},
+}
+ALSO: dict[tuple[str, str], dict[str, "Setting"]] = {  # where that would hide what a socket does
+    ("rough_diffuse", "Model"): {"Roughness": 0.7},
+    ("rough_diffuse", "Mode"): {"Roughness": 1.0},
+    ("rough_diffuse", "IOR"): {"Model": "Wolff"},
+    ("subsurface", "Model"): {"Subsurface": 0.0, "Specular": 0.0, "Roughness": 0.7},
+    ("subsurface", "Roughness"): {"Subsurface": 0.0, "Specular": 0.0},
+    ("subsurface", "Method"): {"Scale": 2.0},
+    ("subsurface", "Specular"): {"Color": DARK},
+    ("subsurface", "Specular Roughness"): {"Color": DARK, "Specular": 1.0},
+    ("subsurface", "IOR"): {"Color": DARK, "Specular": 1.0},
+}
+IN_EEVEE = {("rough_diffuse", "Mode")}  # what makes no difference in Cycles
+KINDS = {"NodeSocketFloat": "number", "NodeSocketColor": "color", "NodeSocketVector": "vector", "NodeSocketMenu": "menu"}
+
+
+def main() -> int:
+    """Run the script; returns the exit status."""
+    parser = Parser(prog="manual.py", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--samples", type=sample_count, default=128, metavar="N", help="per pixel (default: 128)")
+    parser.add_argument("--out", type=Path, default=PAGES, metavar="DIR", help="folder to write (default: addon/nodes)")
+    options = parser.parse_args(script_arguments())
+    return run_script("manual.py", options.out, partial(manual, options.samples))
+
+
+def manual(samples: int, staging: Staging, terminal: Terminal) -> None:
+    """Render the pictures and write the pages into `staging`, then publish them."""
+    engines = {engine.key: engine for engine in start_blender(("cycles", "eevee"), terminal)}
+    import bpy
+
+    from true_diffuse.addon.nodes import GROUPS, lamps
+
+    scene = bpy.context.scene
+    subject = build(scene)
+    subject.data.name = "Subject"
+    scene.render.film_transparent = False
+    scene.render.image_settings.file_format = "PNG"
+    scene.render.resolution_x = scene.render.resolution_y = SIZE
+    scene.cycles.use_denoising = True
+    pictures = [(group, socket) for group in GROUPS for socket in group.inputs if _is_shown(group, socket)]
+    lamps.choose([item for item in scene.objects if item.type == "LIGHT"])
+    with terminal.progress(len(pictures)) as progress:
+        for group, socket in pictures:
+            key = "eevee" if (group.key, socket.name) in IN_EEVEE else "cycles"
+            with progress.step(f"{group.label}  {socket.name}", 1.0):
+                if key in engines:
+                    strip(subject, group, socket, engines[key], samples, staging.folder)
+    for group in GROUPS:
+        staging.write_text(f"{group.key}.md", page(group))
+    terminal.say(f"Wrote {', '.join(staging.publish())}")
+
+
+def _is_shown(group: "Group", socket: "Socket") -> bool:
+    return socket.kind == "NodeSocketMenu" or socket.name in VALUES[group.key]
+
+
+def strip(subject: "bpy.types.Object", group: "Group", socket: "Socket", engine: "Engine", samples: int, folder: Path) -> None:
+    """Render `group` at each value of `socket` to be shown and write the pictures side by side, with captions, into `folder`."""
+    import bpy
+
+    from true_diffuse.addon.blender import engines
+    from true_diffuse.addon.material import materials
+    from true_diffuse.scripts.studies import picture
+
+    values = list(entries(group, socket)) if socket.kind == "NodeSocketMenu" else VALUES[group.key][socket.name]
+    scene = bpy.context.scene
+    engines.use(scene, engine, samples)
+    scene.cycles.use_denoising = True
+    parts = []
+    for place, value in enumerate(values):
+        also = ALSO.get((group.key, socket.name), {})
+        subject.active_material = materials.create("Shown", group, **{**USUAL[group.key], **also, socket.name: value})
+        parts.append(folder / f"{place}.png")
+        scene.render.filepath = str(parts[-1])
+        bpy.ops.render.render(write_still=True)
+    picture.strip(parts, folder / picture_name(group, socket), [shown(value) for value in values])
+    for part in parts:
+        part.unlink()
+
+
+def picture_name(group: "Group", socket: "Socket") -> str:
+    """Return the name of the picture of one socket."""
+    return f"{group.key}_{socket.name.lower().replace(' ', '_')}.webp"
+
+
+def shown(value: "Setting") -> str:
+    """Return a value as captions and pages have it."""
+    if isinstance(value, tuple):
+        return ", ".join(f"{component:g}" for component in value[:3])
+    return value if isinstance(value, str) else f"{value:g}"
+
+
+def entries(group: "Group", socket: "Socket") -> dict[str, str]:
+    """Return the entries of a menu with their descriptions, as the built group has them; its Model's come from inside."""
+    for tree in _trees(group.ensure()):
+        for node in tree.nodes:
+            if node.bl_idname == "GeometryNodeMenuSwitch" and node.inputs[0].is_linked:
+                source = node.inputs[0].links[0]
+                if source.from_node.type == "GROUP_INPUT" and source.from_socket.name == socket.name:
+                    return {item.name: item.description for item in node.enum_items}
+    raise LookupError(f"{group.name} has no menu {socket.name}")
+
+
+def _trees(tree: "bpy.types.ShaderNodeTree") -> list["bpy.types.ShaderNodeTree"]:
+    """Return `tree` and the trees of the groups in it."""
+    return [tree, *(node.node_tree for node in tree.nodes if node.type == "GROUP")]
+
+
+def page(group: "Group") -> str:
+    """Return the page of `group` in Markdown."""
+    lines = [f"# {group.label}", "", group.description + ".", ""]
+    lines += ["This page is written by `uv run scripts/release/manual.py`, from the group itself.", ""]
+    for socket in group.inputs:
+        lines += [f"## {socket.name}", "", f"{socket.description}.", "", _facts(socket), ""]
+        if socket.kind == "NodeSocketMenu":
+            lines += [f"- **{name}**: {text}" for name, text in entries(group, socket).items()] + [""]
+        if _is_shown(group, socket):
+            engine = "EEVEE" if (group.key, socket.name) in IN_EEVEE else "Cycles"
+            settings = {**USUAL[group.key], **ALSO.get((group.key, socket.name), {})}
+            settings.pop(socket.name, None)
+            also = ", ".join(f"{name} {shown(value)}" for name, value in settings.items())
+            also = f", with {also}" if also else ""
+            lines += [
+                f"![{socket.name}, {engine}]({picture_name(group, socket)})",
+                "",
+                f"In {engine}{also}; the head is 3 cm high.",
+                "",
+            ]
+    return "\n".join(lines)
+
+
+def _facts(socket: "Socket") -> str:
+    """Return a socket's kind, default and range as a line."""
+    facts = [f"A {KINDS[socket.kind]}"]
+    if socket.hide_value:
+        facts.append("used where something is connected")
+    elif socket.default is not None:
+        default = socket.default if isinstance(socket.default, (str, tuple)) else round(socket.default, 4)
+        facts.append(f"{shown(default)} by default")
+    if socket.minimum is not None:
+        facts.append(f"{socket.minimum:g} to {socket.maximum:.4g}" if socket.maximum is not None else f"{socket.minimum:g} or more")
+    return "; ".join(facts) + "."
+
+
+if __name__ == "__main__":
+    status = main()
+    sys.stdout.flush()
+    sys.exit(status)

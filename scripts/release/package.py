@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Builds the extension's package with Blender's own tool, has that check it, and lists what is in it.
+
+uv run scripts/release/package.py                  writes dist/true_diffuse-VERSION.zip; seconds
+uv run scripts/release/package.py --time           also tells how long Blender takes to enable it; half a minute
+blender -b --python scripts/release/package.py
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections import Counter
+from functools import partial
+from pathlib import Path
+from statistics import median
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import checkout  # noqa: F401 - makes this checkout the package true_diffuse
+from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, script_arguments
+from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.startup import run_script
+
+ROOT = Path(__file__).resolve().parents[2]
+LARGEST = 300_000  # bytes of the package
+STARTS = 7  # of Blender, for a median
+MODULE = "bl_ext.user_default.true_diffuse"
+INSTALL = "import bpy; bpy.ops.extensions.package_install_files(filepath={!r}, repo='user_default', enable_on_install=False)"
+ENABLE = f"""
+import time, addon_utils
+start = time.perf_counter()
+assert addon_utils.enable({MODULE!r})
+print("seconds", time.perf_counter() - start)
+"""
+
+
+def main() -> int:
+    """Run the script; returns the exit status."""
+    parser = Parser(prog="package.py", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=ROOT / "dist", metavar="DIR", help="folder to write (default: dist)")
+    parser.add_argument("--time", action="store_true", help="install it in a profile of its own and time how it is enabled")
+    options = parser.parse_args(script_arguments())
+    return run_script("package.py", options.out, partial(package, options.time, options.out))
+
+
+def package(timed: bool, out: Path, staging: Staging, terminal: Terminal) -> None:
+    """Build the package into `staging`, check it, publish it and tell what it holds."""
+    made = build(staging.folder)
+    check(made)
+    size = made.stat().st_size
+    if size > LARGEST:
+        raise BadInput(f"{made.name} has {size} bytes, more than {LARGEST}")
+    folders: Counter[str] = Counter()
+    files: Counter[str] = Counter()
+    with zipfile.ZipFile(made) as content:
+        for entry in content.infolist():
+            folder = entry.filename.rpartition("/")[0] or "."
+            folders[folder] += entry.compress_size
+            files[folder] += 1
+    rows = [(folder, str(files[folder]), f"{folders[folder] / 1000.0:.1f}") for folder in sorted(folders)]
+    terminal.table(made.name, ("Folder", "Files", "kB"), rows)
+    if timed:
+        first, again = enabling(made, terminal)
+        terminal.say(f"Enabled in {1000.0 * first:.0f} ms the first time, {1000.0 * again:.0f} ms later (median of {STARTS})")
+    staging.publish()
+    terminal.say(f"Wrote {out / made.name}, {size / 1000.0:.0f} kB")
+
+
+def build(folder: Path) -> Path:
+    """Return the package, built into `folder`; raises BadInput with the tool's words where that fails."""
+    _tool("build", f"--source-dir={ROOT}", f"--output-dir={folder}")
+    return next(folder.glob("*.zip"))
+
+
+def check(made: Path) -> None:
+    """Let Blender's tool check manifest, tags and content of a package; raises BadInput with its words where it objects."""
+    _tool("validate", f"--valid-tags={_scripts() / 'modules' / '_bpy_internal' / 'extensions' / 'tags.py'}", str(made))
+
+
+def _scripts() -> Path:
+    import bpy
+
+    return Path(bpy.utils.system_resource("SCRIPTS"))
+
+
+def _tool(*arguments: str) -> None:
+    tool = _scripts() / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
+    result = subprocess.run([sys.executable, tool, *arguments], capture_output=True, text=True, check=False)
+    if result.returncode != 0:
+        raise BadInput(" ".join((result.stderr or result.stdout).split()))
+
+
+def enabling(made: Path, terminal: Terminal) -> tuple[float, float]:
+    """Return how long Blender takes to enable the package, [s]: the first time, when Python compiles it, and later."""
+    with tempfile.TemporaryDirectory() as profile:
+        blender(profile, INSTALL.format(str(made)))
+        times = []
+        with terminal.progress(STARTS + 1) as progress:
+            for start in range(STARTS + 1):
+                with progress.step(f"start {start + 1}", 1.0):
+                    said = blender(profile, ENABLE).splitlines()
+                    times.append(next(float(line.split()[1]) for line in said if line.startswith("seconds ")))
+    return times[0], median(times[1:])
+
+
+def blender(profile: str, code: str) -> str:
+    """Run `code` in a Blender with settings of its own in the folder `profile`; returns what it printed.
+
+    Raises RuntimeError with its words where it fails.
+    """
+    import bpy
+
+    binary = bpy.app.binary_path
+    command = [binary, "--background", "--python-exit-code", "1", "--python-expr"] if binary else [sys.executable, "-c"]
+    environment = os.environ | {"BLENDER_USER_RESOURCES": profile}
+    result = subprocess.run(
+        [*command, code if binary else f"import bpy\n{code}"], env=environment, capture_output=True, text=True, check=False
+    )
+    if result.returncode != 0 or "Traceback" in result.stderr:
+        raise RuntimeError(result.stdout + result.stderr)
+    return result.stdout
+
+
+if __name__ == "__main__":
+    status = main()
+    sys.stdout.flush()
+    sys.exit(status)

@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the rough models cost: operations and time of equation (1) in GLSL, and render time against Blender's own Diffuse BSDF."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from statistics import median
+
+import bpy
+
+import gpu
+
+from true_diffuse.addon.blender import engines
+from true_diffuse.addon.blender.engines import CYCLES, EEVEE, Engine
+from true_diffuse.addon.blender.glsl import COVERING, source, triangle
+from true_diffuse.addon.material import materials
+from true_diffuse.addon.measure import render
+from true_diffuse.addon.measure.record import Progress, Record
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, lamps
+from true_diffuse.scenes.five_characters import FiveCharacters
+from true_diffuse.scenes.sphere import SphereUnderSun
+from true_diffuse.scripts.studies.formulations import FORMS, Form
+
+SIZE, EVALUATIONS = 256, 200  # pixels each way, and evaluations in each
+ROUNDS = 5
+SIGMA = 0.33
+FRAME = 256  # pixels across the sphere
+FRAME_OF_FIVE = (400, 180)
+SAMPLES = {EEVEE: 4, CYCLES: 32}
+SAMPLES_OF_FIVE = {EEVEE: 4, CYCLES: 16}
+
+
+def forms(progress: Progress) -> Iterator[Record]:
+    """Yield a record for each form: operations, and nanoseconds of one evaluation on the graphics driver, measured in turns.
+
+    What an empty loop takes is subtracted. The last record is shaders/oren_nayar.glsl, whose dot products have twice the digits and
+    which takes any input. All together are one unit of work to `progress`.
+    """
+    safe = Form(
+        "shaders/oren_nayar.glsl", "return rho_over_pi * oren_nayar_radiance(oren_nayar_surface(n, e, vec3(1.0), vec2(a, b)), l).x;"
+    )
+    empty = Form("empty", "return n.x;")
+    with progress.step("GLSL  equation (1)", 1.0):
+        drawn = {form: _draw(form) for form in (empty, *FORMS, safe)}
+        seconds: dict[Form, list[float]] = {form: [] for form in drawn}
+        for _ in range(ROUNDS):
+            for form, draw in drawn.items():
+                start = time.perf_counter()
+                draw()
+                seconds[form].append(time.perf_counter() - start)
+    loop = median(seconds[empty])
+    for form in (*FORMS, safe):
+        spent = (median(seconds[form]) - loop) / (SIZE * SIZE * EVALUATIONS)
+        yield {
+            "home": "glsl",
+            "form": form.name,
+            "operations": None if form is safe else form.operations(),
+            "nanoseconds": 1e9 * spent,
+        }
+
+
+def _draw(form: Form) -> Callable[[], None]:
+    """Return a function that draws a picture whose every pixel evaluates `form` many times, and waits for it."""
+    if bpy.app.background:
+        gpu.init()
+    info = gpu.types.GPUShaderCreateInfo()
+    info.vertex_in(0, "VEC2", "position")
+    info.fragment_out(0, "VEC4", "result")
+    info.push_constant("FLOAT", "roughness")
+    info.vertex_source(COVERING)
+    info.fragment_source(f"""{source("oren_nayar")}
+{form.function()}
+void main() {{
+    vec3 l = vec3(gl_FragCoord.xy / {float(2 * SIZE)}, 0.5);
+    float sum = 0.0;
+    for (int k = 0; k < {EVALUATIONS}; k++) {{
+        float turn = float(k) * 1e-3;
+        sum += form(vec3(turn, 0.0, 1.0), l * (1.0 - turn * turn), vec3(0.3, turn, 0.7), roughness + turn, roughness, turn, 0.3);
+    }}
+    result = vec4(sum + roughness);
+}}""")
+    shader = gpu.shader.create_from_info(info)
+    batch = triangle()
+    target = gpu.types.GPUOffScreen(SIZE, SIZE, format="RGBA32F")
+
+    def draw() -> None:
+        with target.bind():
+            shader.bind()
+            shader.uniform_float("roughness", SIGMA)
+            batch.draw(shader)
+            gpu.state.active_framebuffer_get().read_color(0, 0, 1, 1, 4, 0, "FLOAT")
+
+    draw()
+    return draw
+
+
+@dataclass(frozen=True)
+class Look:
+    """A material of the group, and where it is timed."""
+
+    engine: Engine
+    mode: str
+    model: str
+    shadows: bool = True
+    osl: bool = False
+
+
+LOOKS = (
+    *(Look(EEVEE, mode, "Oren-Nayar", shadows=False) for mode in ("Single", "Lobes", "Signed", "Lamps")),
+    *(Look(EEVEE, mode, "Oren-Nayar") for mode in ("Single", "Lobes")),
+    *(Look(CYCLES, "Lobes", model) for model in ("Oren-Nayar", "Fujii", "EON", "Cycles Diffuse")),
+    Look(CYCLES, "Lamps", "Oren-Nayar"),
+    Look(CYCLES, "Lobes", "Oren-Nayar", osl=True),
+)
+
+
+def groups(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine], progress: Progress) -> Iterator[Record]:
+    """Yield, for each look and scene, its render time and that of Blender's own Diffuse BSDF of the same roughness, in turns.
+
+    The sphere under its sun, filling the frame and without bounces, is little but the material; the five characters are what an
+    artist renders. Each look and scene is one unit of work to `progress`.
+    """
+    own, node = materials.create_plain("Diffuse BSDF")
+    node.inputs["Roughness"].default_value = SIGMA
+    for look in LOOKS:
+        if look.engine not in used:
+            continue
+
+        def of_sphere(material: bpy.types.Material, look: Look = look) -> float:
+            return sphere.radiance(material, [sphere.sun], None, look.engine, SAMPLES[look.engine], look.shadows)[0]
+
+        def of_five(material: bpy.types.Material, look: Look = look) -> float:
+            for character in five.characters:
+                character.subject.material_slots[0].material = material
+            five.scene.eevee.use_shadows = look.shadows
+            engines.use(five.scene, look.engine, SAMPLES_OF_FIVE[look.engine])
+            start = time.perf_counter()
+            render.render(five.scene)
+            return time.perf_counter() - start
+
+        for scene, sun, seconds_of in ((sphere.scene, sphere.sun, of_sphere), (five.scene, five.key, of_five)):
+            lamps.choose([sun])
+            scene.cycles.shading_system = look.osl
+            material = materials.create(look.mode, ROUGH_DIFFUSE, Model=look.model, Mode=look.mode, Roughness=SIGMA)
+            where = "sphere" if scene is sphere.scene else "five characters"
+            with progress.step(f"{look.engine.label}  {look.mode}  {look.model}  {where}", 1.0):
+                mine, theirs = _in_turns(seconds_of, material, own)
+            yield {
+                "scene": where,
+                "home": "osl" if look.osl else "nodes",
+                "engine": look.engine.key,
+                "mode": look.mode,
+                "model": look.model,
+                "shadows": look.shadows,
+                "render_seconds": median(mine),
+                "own_seconds": median(theirs),
+                "ratio": median(a / b for a, b in zip(mine, theirs, strict=True)),
+            }
+
+
+def _in_turns(
+    seconds_of: Callable[[bpy.types.Material], float], first: bpy.types.Material, second: bpy.types.Material
+) -> tuple[list[float], list[float]]:
+    """Return the seconds of either in ROUNDS turns, after one that counts for nothing, as shaders are compiled in it."""
+    seconds_of(first), seconds_of(second)
+    turns = [(seconds_of(first), seconds_of(second)) for _ in range(ROUNDS)]
+    return [turn[0] for turn in turns], [turn[1] for turn in turns]
+
+
+def work(used: Sequence[Engine]) -> int:
+    """Return how many units of work `forms` and `groups` have."""
+    return (EEVEE in used) + 2 * sum(look.engine in used for look in LOOKS)
+
+
+def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return columns and rows for people."""
+    rows = []
+    for record in records:
+        if "form" in record:
+            operations = "-" if record["operations"] is None else str(record["operations"])
+            rows.append(("GLSL", record["form"], operations, f"{record['nanoseconds']:.2f} ns", ""))
+        else:
+            what = f"{record['mode']}, {record['model']}{', OSL' if record['home'] == 'osl' else ''}"
+            shadows = "shadows" if record["shadows"] else "no shadows"
+            where = f"{record['engine']}, {record['scene']}"
+            rows.append((where, what, shadows, f"{record['render_seconds']:.2f} s", f"{record['ratio']:.2f}"))
+    return ("Where", "What", "Operations or shadows", "Time", "Over Blender's Diffuse"), rows

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Who takes part: the groups' modes and models, and what a user would pick of Blender's own instead.
+
+All materials take their color from the mesh's paint, so that one shader serves every scene.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import bpy
+
+from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
+from true_diffuse.addon.blender.osl import compiles_osl
+from true_diffuse.addon.material import materials
+from true_diffuse.addon.material.presets import PRESETS
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
+from true_diffuse.scripts.studies.rough import OTHERS, PAPER, Law
+
+SIGMA = 0.33  # of the paper's roughest character [radians]; Blender's own closures get it as their roughness
+MEDIUM = PRESETS["skin_2"]  # of the face
+MM = 0.001  # m
+OURS, BLENDERS = "ours", "blender"
+MODES: Mapping[Engine, Sequence[str | None]] = {
+    EEVEE: ("Single", "Lobes", "Signed", "Lamps"),
+    CYCLES: ("Lobes", "Lamps"),
+    REALTIME: (None,),  # it draws the model itself, whatever the mode
+}
+USUAL = {EEVEE: "Lobes", CYCLES: "Lobes", REALTIME: None}
+
+type Paint = Callable[[bpy.types.Material, bpy.types.NodeSocket], None]
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """A material in an engine. `target` is the model it is held against: its own, or the one a user wanted.
+
+    `group` is that of ours, as are `model`, `mode` and `sigma`; None where it has none. `is_extra`: with fewer sample counts.
+    """
+
+    engine: Engine
+    label: str
+    make: Callable[[Paint], bpy.types.Material]
+    kind: str = BLENDERS
+    group: str | None = None
+    model: str | None = None
+    mode: str | None = None
+    sigma: float | None = None
+    osl: bool = False
+    target: Law = PAPER
+    is_extra: bool = False
+
+    @property
+    def is_twin(self) -> bool:
+        """Whether it renders a matt surface as another contestant does: EEVEE's Principled BSDF ignores its roughness, too."""
+        return self.engine is EEVEE and self.kind == BLENDERS and "Lambert" not in self.label
+
+    @property
+    def slowness(self) -> float:
+        """How much longer it takes than others, roughly."""
+        return 3.0 if self.mode == "Signed" else 1.0
+
+    @property
+    def record(self) -> dict[str, object]:
+        """What names it in a report."""
+        return {
+            "engine": self.engine.key,
+            "osl": self.osl,
+            "label": self.label,
+            "kind": self.kind,
+            "group": self.group,
+            "model": self.model,
+            "mode": self.mode,
+            "sigma": self.sigma,
+        }
+
+
+def rough(used: Sequence[Engine], quick: bool, sunlit: bool) -> list[Contestant]:
+    """Return who renders a rough surface: the paper's model in every mode, then the others, then Blender's own.
+
+    `sunlit`: by one lamp, which the mode Lamps needs.
+    """
+    found = []
+    for engine, modes in MODES.items():
+        if engine not in used:
+            continue
+        found += [_group(engine, PAPER, mode) for mode in modes if sunlit or mode != "Lamps"]
+        if engine is CYCLES and compiles_osl():
+            found.append(_group(engine, PAPER, "Lobes", osl=True))
+        found += _own(engine)
+    return found if quick else found + others(used)
+
+
+def others(used: Sequence[Engine]) -> list[Contestant]:
+    """Return the rough models beside the paper's, in mode Lobes where there are modes, each against its own formula."""
+    return [_group(engine, law, USUAL[engine], is_extra=True) for engine in used for law in OTHERS if law.rough]
+
+
+def _group(engine: Engine, law: Law, mode: str | None, osl: bool = False, is_extra: bool = False) -> Contestant:
+    def make(paint: Paint) -> bpy.types.Material:
+        chosen = {} if mode is None else {"Mode": mode}
+        material = materials.create(f"{law.name} {mode or engine.label}", ROUGH_DIFFUSE, Model=law.name, Roughness=SIGMA, **chosen)
+        paint(material, material.node_tree.nodes[ROUGH_DIFFUSE.name].inputs["Color"])
+        return material
+
+    label = ", ".join(part for part in ("Rough Diffuse", "OSL" if osl else mode, None if law is PAPER else law.name) if part)
+    return Contestant(engine, label, make, OURS, ROUGH_DIFFUSE.key, law.name, mode, SIGMA, osl, law, is_extra)
+
+
+def _own(engine: Engine) -> list[Contestant]:
+    """Return Blender's own. EEVEE's Diffuse BSDF ignores its roughness, so there it is Lambert; Realtime takes all for Lambert."""
+
+    def diffuse(roughness: float) -> Callable[[Paint], bpy.types.Material]:
+        def make(paint: Paint) -> bpy.types.Material:
+            material, node = materials.create_plain("Diffuse BSDF")
+            node.inputs["Roughness"].default_value = roughness
+            paint(material, node.inputs["Color"])
+            return material
+
+        return make
+
+    if engine is REALTIME:
+        return [Contestant(engine, "Diffuse BSDF (Lambert)", diffuse(SIGMA))]
+    principled = Contestant(engine, "Principled BSDF", lambda paint: _principled(paint, {"Diffuse Roughness": SIGMA}))
+    if engine is EEVEE:
+        return [Contestant(engine, "Diffuse BSDF (Lambert)", diffuse(SIGMA)), principled]
+    return [Contestant(engine, "Diffuse BSDF", diffuse(SIGMA)), principled, Contestant(engine, "Lambert", diffuse(0.0))]
+
+
+def _principled(paint: Paint, inputs: dict[str, materials.Setting]) -> bpy.types.Material:
+    """Return a matt Principled BSDF."""
+    material, node = materials.create_plain("Principled BSDF")
+    tree = material.node_tree
+    tree.nodes.remove(node)
+    node = tree.nodes.new("ShaderNodeBsdfPrincipled")
+    materials.set_inputs(node, {"Specular IOR Level": 0.0, "Roughness": 1.0} | inputs)
+    tree.links.new(node.outputs["BSDF"], tree.get_output_node("ALL").inputs["Surface"])
+    paint(material, node.inputs["Base Color"])
+    return material
+
+
+def translucent(used: Sequence[Engine], quick: bool) -> list[Contestant]:
+    """Return who renders skin: the group in every method (of Cycles alone), the Principled BSDF, plain Lambert."""
+    methods = ("Random Walk", "Christensen-Burley", "Random Walk (Skin)", "Random Walk (Legacy)")
+    found = []
+    for engine in used:
+        shown = methods[:1] if engine is not CYCLES else methods[:2] if quick else methods
+        found += [_skin(engine, method) for method in shown]
+        if engine is not REALTIME:
+            found.append(Contestant(engine, "Principled BSDF", _principled_skin))
+        found += [one for one in _own(engine)[-3:] if "Lambert" in one.label]
+    return found
+
+
+def _skin(engine: Engine, method: str) -> Contestant:
+    def make(paint: Paint) -> bpy.types.Material:
+        inputs = {"Method": method, "Mean Free Path": MEDIUM.inputs["Mean Free Path"], "Subsurface": 1.0, "Specular": 0.0}
+        material = materials.create(f"Subsurface {method}", SUBSURFACE, **inputs)
+        paint(material, material.node_tree.nodes[SUBSURFACE.name].inputs["Color"])
+        return material
+
+    label = f"Subsurface, {method}" if engine is CYCLES else "Subsurface"
+    mode = None if engine is REALTIME else method
+    return Contestant(engine, label, make, OURS, SUBSURFACE.key, "Oren-Nayar", mode)
+
+
+def _principled_skin(paint: Paint) -> bpy.types.Material:
+    """Return what an artist would set with the same lengths at hand: Radius is the mean free path, in units of Scale."""
+    lengths = MEDIUM.inputs["Mean Free Path"]
+    return _principled(paint, {"Subsurface Weight": 1.0, "Subsurface Radius": lengths, "Subsurface Scale": MM})
