@@ -103,7 +103,7 @@ def formula(data: dict) -> tuple[Model, Sequence[float]] | None:
         "Cycles Diffuse": models.CyclesDiffuse(roughness),
         "Oren-Nayar 1994": models.OrenNayar1994(roughness),
         "Wolff": models.Wolff(inputs["IOR"]),
-        "Pits": models.Pits(),
+        "Pitted (Koenderink)": models.Pits(),
     }
     return known[inputs["Model"]], inputs["Color"][:3]
 

@@ -29,7 +29,7 @@ from true_diffuse.scripts.farm import jobs
 if TYPE_CHECKING:
     from true_diffuse.addon.blender.engines import Engine
     from true_diffuse.addon.measure.record import Record
-    from true_diffuse.addon.optimize.optimize import Finding
+    from true_diffuse.addon.optimize.materials import Finding
     from true_diffuse.addon.probe.tolerance import Choice
     from true_diffuse.scripts.farm.face import Face
     from true_diffuse.scripts.farm.face import Order as FaceOrder
@@ -366,7 +366,7 @@ def _got(
 
 def _tell_left_out(found: Mapping[str, list["Finding"]], terminal: Terminal) -> None:
     """Restore the materials, and say what was left out of them, by engine."""
-    from true_diffuse.addon.optimize.optimize import COLUMNS, restore, rows
+    from true_diffuse.addon.optimize.materials import COLUMNS, restore, rows
 
     restore()
     for label, findings in found.items():

@@ -22,7 +22,7 @@ def test_accuracy_end_to_end(tmp_path: Path) -> None:
     fields = "home engine mode model sigma light_degrees samples rms_error lobe_error render_seconds"
     assert all(set(record) == set(fields.split()) for record in records)
     for record in records:
-        if record["mode"] == "Lobes" and record["home"] == "nodes" and record["light_degrees"] <= 60.0:
+        if record["mode"] == "Balanced" and record["home"] == "nodes" and record["light_degrees"] <= 60.0:
             # the sphere's front: no more than the lobes' own error over all lights
             assert record["rms_error"] < record["lobe_error"]
 

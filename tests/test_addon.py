@@ -7,7 +7,7 @@ import pytest
 from mathutils import Vector
 
 import true_diffuse
-from true_diffuse.addon.nodes.lamps import LAMPS
+from true_diffuse.addon.nodes.chosen_lights import LAMPS
 from true_diffuse.addon.ui import menus
 from true_diffuse.scenes import subject
 

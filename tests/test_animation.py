@@ -22,9 +22,11 @@ def test_film_goes_evenly_from_start_to_end() -> None:
 
 
 @pytest.mark.render
-@pytest.mark.parametrize("mode", ["Lobes", "Lamps", *(pytest.param(mode, marks=pytest.mark.slow) for mode in ("Single", "Signed"))])
+@pytest.mark.parametrize(
+    "mode", ["Balanced", "Exact for Chosen Lights", *(pytest.param(mode, marks=pytest.mark.slow) for mode in ("Fast", "Precise"))]
+)
 def test_keyed_frames_are_the_stills_of_their_values(mode: str, engine) -> None:
-    if engine.key == "cycles" and mode in ("Single", "Signed"):
+    if engine.key == "cycles" and mode in ("Fast", "Precise"):
         pytest.skip("Cycles renders it as Lobes")
     assert animation.keyed_difference(mode, engine, samples=2, size=24, frames=(8, animation.LENGTH)) < ROUNDING[engine.key]
 
@@ -34,13 +36,13 @@ def test_keyed_frames_are_the_stills_of_their_values(mode: str, engine) -> None:
 def test_keyed_frames_of_realtime_are_the_stills_of_their_values(eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("Realtime finds no graphics driver here")
-    assert animation.keyed_difference("Lobes", REALTIME, samples=2, size=24, frames=(8, animation.LENGTH)) < ROUNDING["realtime"]
+    assert animation.keyed_difference("Balanced", REALTIME, samples=2, size=24, frames=(8, animation.LENGTH)) < ROUNDING["realtime"]
 
 
 @pytest.mark.slow
 @pytest.mark.render
 def test_noise_does_not_flicker(engine) -> None:
-    seen = animation.flicker("Lobes", engine, samples=4, size=32)
+    seen = animation.flicker("Balanced", engine, samples=4, size=32)
     assert seen.noise > 2e-3  # there is some, beyond EEVEE's rounding
     assert seen.still == 0.0  # the same random numbers in every frame
     assert 0.0 < seen.moving < seen.noise

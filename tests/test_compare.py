@@ -92,8 +92,8 @@ def test_comparison_end_to_end(tmp_path: Path, eevee_runs_here: bool) -> None:
         assert between == {name: pytest.approx(records["cycles", name]["rms_error"], abs=1e-4) for name in between}
         assert max(between[name] for name in between if name != "specular") <= 0.005
         # whose stand-in in Cycles is farther off; under lamps that a material knows it is none
-        assert [key for key in held if key[2]] == [("specular", False, "Lamps")]
-        assert held["specular", False, "Lamps"] <= 0.005
+        assert [key for key in held if key[2]] == [("specular", False, "Exact for Chosen Lights")]
+        assert held["specular", False, "Exact for Chosen Lights"] <= 0.005
 
 
 @pytest.mark.slow

@@ -148,7 +148,7 @@ def test_subsurface_lengths_come_out_in_millimeters(falloff: str, meter: float) 
     made, node = material("Subsurface", Color=(0.5, 0.5, 0.5, 1.0), Radius=(1.0, 0.5, 0.2), Scale=0.02)
     node.falloff = falloff
     new = converted(made, meter=meter)
-    lengths = list(new.inputs["Mean Free Path"].default_value)
+    lengths = list(new.inputs["Subsurface Radius"].default_value)
     assert lengths == pytest.approx([lengths[0], lengths[0] / 2.0, lengths[0] / 5.0], rel=1e-5)
     # A random walk's radius is its mean free path, to what is lost after 256 steps. Burley's closure takes 4 pi d: at albedo 0.5
     # his d is 1 / (1.85 - 0.5 + 7 * 0.3^3) = 0.65 mean free paths for a beam, which README says is within 5 % of the truth
@@ -164,7 +164,7 @@ def test_linked_radius_is_scaled_and_linked_scale_stays() -> None:
     for socket, kind in (("Radius", "ShaderNodeCombineXYZ"), ("Scale", "ShaderNodeValue")):
         tree.links.new(tree.nodes.new(kind).outputs[0], node.inputs[socket])
     new = converted(made)
-    times = new.inputs["Mean Free Path"].links[0].from_node
+    times = new.inputs["Subsurface Radius"].links[0].from_node
     assert feeding(times, "Vector") == "Combine XYZ" and feeding(new, "Scale") == "Value"
     assert list(times.inputs[1].default_value) == pytest.approx([1000.0] * 3, rel=0.01)
 
@@ -268,10 +268,10 @@ def test_match_converts_what_the_engines_read_differently_and_aligns_settings() 
         bpy.context.object.data.materials.append(one)
     scene = bpy.context.scene
     scene.eevee.light_threshold = 0.01
-    assert bpy.ops.true_diffuse.match_engines(mode="Signed") == {"FINISHED"}
+    assert bpy.ops.true_diffuse.match_engines(mode="Precise") == {"FINISHED"}
     groups = {one.name for one in bpy.data.materials if any(node.type == "GROUP" for node in one.node_tree.nodes)}
     assert groups == {"Rough", "Waxy"} and scene.eevee.light_threshold == 0.0
-    assert rough.node_tree.nodes[ROUGH_DIFFUSE.name].inputs["Mode"].default_value == "Signed"
+    assert rough.node_tree.nodes[ROUGH_DIFFUSE.name].inputs["Quality"].default_value == "Precise"
     assert bpy.ops.true_diffuse.match_engines() == {"CANCELLED"}  # nothing is left to do
 
 
@@ -364,7 +364,7 @@ def test_matched_eevee_is_nearer_to_cycles(eevee_runs_here: bool) -> None:
     bpy.data.objects["Sun"].rotation_euler = (0.0, math.radians(80.0), 0.0)  # from the side, where Lambert is far off
     truth = picture(made, 64)
     before = picture(made, 16, engines.EEVEE)
-    convert.match_engines(bpy.context.scene, "Lobes")
+    convert.match_engines(bpy.context.scene, "Balanced")
     # README: the lobes are 12.2 % off over all lights and views at roughness 1, the engines 1.1 % off each other with Lambert
     assert rms(picture(made, 16, engines.EEVEE), truth) < 0.14
     assert rms(before, truth) > 0.2

@@ -11,7 +11,7 @@ from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.summary import MODELS
 from true_diffuse.addon.models import CyclesDiffuse, Eon, Lambert
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
-from true_diffuse.addon.optimize.optimize import simplify
+from true_diffuse.addon.optimize.materials import simplify
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
 
 pytestmark = [pytest.mark.render, pytest.mark.usefixtures("empty_file")]
@@ -60,7 +60,7 @@ def test_realtime_draws_every_model_itself(realtime: engines.Engine) -> None:
 
 def test_realtime_draws_a_simplified_material_as_it_was(realtime: engines.Engine) -> None:
     sphere = sphere_under_sun(32)
-    material = materials.create("Clay", ROUGH_DIFFUSE, Roughness=0.33, Mode="Signed", Color=COLOR)
+    material = materials.create("Clay", ROUGH_DIFFUSE, Roughness=0.33, Quality="Precise", Color=COLOR)
     whole = sphere.radiance(material, [sphere.sun], None, realtime, 1)[1]
     for engine in (engines.EEVEE, engines.CYCLES, realtime):
         bpy.context.scene.render.engine = engine.identifier

@@ -38,7 +38,7 @@ MAKERS: dict[str, Make] = {
     "Lambert": lambda _: Lambert(),
     "OrenNayar": OrenNayar,
     "OrenNayar1994": OrenNayar1994,
-    "Pits": lambda _: Pits(),
+    "Pitted (Koenderink)": lambda _: Pits(),
     "Specular exponent": lambda x: Specular(1.0, x),
     "Specular weight": Specular,
     "Wolff": Wolff,

@@ -40,7 +40,7 @@ def test_only_skin_scatters(who: str) -> None:
         group = skin.node_tree.nodes["Subsurface"].inputs
         assert group["Subsurface"].default_value == pytest.approx(head.look.inputs["Subsurface"])
         assert group["Scale"].default_value == 1.0  # no longer paths than those measured
-        assert tuple(group["Mean Free Path"].default_value) == pytest.approx(PRESETS["skin_2"].inputs["Mean Free Path"])
+        assert tuple(group["Subsurface Radius"].default_value) == pytest.approx(PRESETS["skin_2"].inputs["Subsurface Radius"])
         assert eyes.node_tree.nodes["Subsurface"].inputs["Subsurface"].default_value == 0.0
         assert "Subsurface" not in other.node_tree.nodes
 

@@ -65,7 +65,7 @@ def drawn(stage, name: str) -> list[float]:
 
 def std140(kind: str) -> int:
     """Return the bytes of a struct of program.py, all of whose members are aligned to 16 bytes."""
-    lamp = source("lamps").split("struct Lamp {")[1].split("};")[0]
+    lamp = source("lights").split("struct Lamp {")[1].split("};")[0]
     sizes = {"mat4": 64, "vec4": 16, "ivec4": 16, "Lamp": 16 * lamp.count("vec4")}
     total = 0
     for member in program.STRUCTS[kind].rstrip(";").split(";"):
@@ -80,7 +80,7 @@ LAMP = blocks.lamp("AREA", (1.0, 2.0, 3.0), (0.0, 0.0, 1.0), (4.0, 5.0, 6.0))
 PACKED = {
     "View": blocks.view(UNIT, (0.0, 0.0, 1.0), True, (0.0, 0.0, 0.0)),
     "Material": blocks.material((1.0, 1.0, 1.0), (0.5,), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)),
-    "Lamps": blocks.lamps([LAMP]),
+    "Exact for Chosen Lights": blocks.lamps([LAMP]),
 }
 
 
@@ -91,7 +91,7 @@ def test_blocks_are_as_long_as_their_structs(kind: str) -> None:
 
 def test_blocks_are_as_long_as_the_driver_has_them(stage) -> None:
     compiled = stage._program(CONTESTANTS[OREN_NAYAR])
-    for name, kind in (("view_block", "View"), ("material_block", "Material"), ("lamps_block", "Lamps")):
+    for name, kind in (("view_block", "View"), ("material_block", "Material"), ("lamps_block", "Exact for Chosen Lights")):
         assert compiled[name].size == len(PACKED[kind])
 
 

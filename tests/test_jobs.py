@@ -194,7 +194,7 @@ def test_realtime_and_cycles_are_held_against_each_other_whoever_did_which(tmp_p
     assert records(job / "output") == records(tmp_path / "out")
     compared = {(one["name"], one["osl"], one["mode"]) for one in records(job / "output") if "rms_difference" in one}
     rough = ("lambert", "oren_nayar_0.2")  # the standard specular has no shader in OSL
-    specular = {("specular", False, mode) for mode in (None, "Lamps")}
+    specular = {("specular", False, mode) for mode in (None, "Exact for Chosen Lights")}
     assert compared == specular | {(name, osl, None) for name in rough for osl in (False, compiles_osl())}
     assert (job / "output" / "error_realtime.png").exists()
 

@@ -28,7 +28,7 @@ from true_diffuse.addon.models import (
     Wolff,
     directional_albedo,
 )
-from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, lamps
+from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, chosen_lights
 from true_diffuse.addon.nodes.rough_models import KINDS
 from true_diffuse.scenes.sphere import COLOR, sky, sphere_under_sun, three_lights
 from true_diffuse.scripts.studies import robustness
@@ -50,12 +50,12 @@ MODELS: dict[str, Model] = {
     "Cycles Diffuse": CyclesDiffuse(1.0),
     "Oren-Nayar 1994": OrenNayar1994(1.0),
     "Wolff": Wolff(1.5),
-    "Pits": Pits(),
+    "Pitted (Koenderink)": Pits(),
 }
 
 
-def rough(model: str, mode: str = "Lobes", roughness: float = 1.0) -> bpy.types.Material:
-    return materials.create(f"{model} {mode}", ROUGH_DIFFUSE, Model=model, Mode=mode, Color=COLOR, Roughness=roughness)
+def rough(model: str, mode: str = "Balanced", roughness: float = 1.0) -> bpy.types.Material:
+    return materials.create(f"{model} {mode}", ROUGH_DIFFUSE, Model=model, Quality=mode, Color=COLOR, Roughness=roughness)
 
 
 @pytest.mark.parametrize("group", GROUPS, ids=lambda group: group.key)
@@ -107,15 +107,19 @@ def test_menus_list_all_models_and_modes() -> None:
     tree = ROUGH_DIFFUSE.ensure()
     switches = [node for node in tree.nodes if node.bl_idname == "GeometryNodeMenuSwitch"]
     entries = {tuple(item.name for item in node.enum_items) for node in switches}
-    assert entries == {tuple(MODELS), ("Lobes", "Single", "Signed", "Lamps")}
+    assert entries == {tuple(MODELS), ("Balanced", "Fast", "Precise", "Exact for Chosen Lights")}
     assert all(item.description for node in switches for item in node.enum_items)
     assert [kind.name for kind in KINDS] == list(MODELS)
 
 
 def test_menu_of_the_specular_lists_its_modes() -> None:
     (switch,) = (node for node in SPECULAR_GROUP.ensure().nodes if node.bl_idname == "GeometryNodeMenuSwitch")
-    assert [item.name for item in switch.enum_items] == ["Lobe", "Lamps"] and all(item.description for item in switch.enum_items)
-    assert materials.create("New", SPECULAR_GROUP).node_tree.nodes[SPECULAR_GROUP.name].inputs["Mode"].default_value == "Lobe"
+    assert [item.name for item in switch.enum_items] == ["Balanced", "Exact for Chosen Lights"] and all(
+        item.description for item in switch.enum_items
+    )
+    assert (
+        materials.create("New", SPECULAR_GROUP).node_tree.nodes[SPECULAR_GROUP.name].inputs["Quality"].default_value == "Balanced"
+    )
 
 
 def test_osl_shader_has_the_sockets_of_the_group(tmp_path: Path) -> None:
@@ -128,7 +132,7 @@ def test_osl_shader_has_the_sockets_of_the_group(tmp_path: Path) -> None:
 
     shader = {parameter.name: parameter for parameter in oslquery.OSLQuery(str(bytecode)).parameters}
     group = {item.name: item for item in tree.interface.items_tree if item.in_out == "INPUT"}
-    assert set(shader) - {"BSDF"} == set(group) - {"Mode"}  # a mode is how to do without OSL
+    assert set(shader) - {"BSDF"} == set(group) - {"Quality"}  # a mode is how to do without OSL
     for name in ("Roughness", "IOR"):
         limits = {item.name: item.value for item in shader[name].metadata}
         ours = (group[name].default_value, group[name].min_value, group[name].max_value)
@@ -151,7 +155,7 @@ def test_lobes_render_as_their_formula(engine: engines.Engine, degrees: float) -
 
 
 @pytest.mark.render
-@pytest.mark.parametrize(("mode", "scheme"), [("Single", SINGLE), ("Signed", SIGNED)])
+@pytest.mark.parametrize(("mode", "scheme"), [("Fast", SINGLE), ("Precise", SIGNED)])
 def test_other_modes_of_eevee_render_as_their_formula(mode: str, scheme: str, eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("EEVEE finds no graphics driver here")
@@ -166,7 +170,7 @@ def test_other_modes_of_eevee_render_as_their_formula(mode: str, scheme: str, ee
 @pytest.mark.render
 def test_modes_are_one_in_cycles() -> None:
     sphere = sphere_under_sun(32)
-    for mode in ("Single", "Signed"):
+    for mode in ("Fast", "Precise"):
         (own,) = sphere.measure(rough("Oren-Nayar", mode), [Rendered(OrenNayar(1.0), CYCLES)], engines.CYCLES, 4, 60.0)[1]
         assert own.rms < OWN_ERROR["cycles"]
 
@@ -193,9 +197,9 @@ def test_open_shading_language_takes_over_where_the_scene_has_it_on() -> None:
 def test_no_model_is_black_in_any_mode_with_open_shading_language() -> None:
     sphere = sphere_under_sun(32)
     sphere.scene.cycles.shading_system = True
-    lamps.choose([sphere.sun])
+    chosen_lights.choose([sphere.sun])
     for name, model in MODELS.items():
-        for mode in ("Lobes", "Single", "Signed", "Lamps"):
+        for mode in ("Balanced", "Fast", "Precise", "Exact for Chosen Lights"):
             (result,) = sphere.measure(rough(name, mode), [model], engines.CYCLES, 1, 30.0)[1]
             assert result.rms < 0.05, (name, mode)  # pits' ramps; black would be 1
 
@@ -204,7 +208,7 @@ def test_no_model_is_black_in_any_mode_with_open_shading_language() -> None:
 @pytest.mark.parametrize(("device", "expected"), [("CPU", 1.0), ("GPU", 0.0)])
 def test_open_shading_language_is_left_to_the_processor(device: str, expected: float) -> None:
     sphere = sphere_under_sun(8)  # drivers run in what a scene uses
-    sphere.sphere.data.materials[0] = rough("Oren-Nayar", "Lobes")
+    sphere.sphere.data.materials[0] = rough("Oren-Nayar", "Balanced")
     scene = sphere.scene
     scene.render.engine, scene.cycles.shading_system, scene.cycles.device = "CYCLES", True, device
     bpy.context.view_layer.update()
@@ -222,9 +226,9 @@ def test_group_is_not_taken_for_the_users_copy() -> None:
 
 def test_chosen_lamps_reach_appended_groups() -> None:
     sphere = sphere_under_sun(8)
-    beside = lamps.LAMPS.ensure().copy()  # as appending another file leaves it
-    lamps.choose([sphere.sun])
-    for tree in (lamps.LAMPS.ensure(), beside):
+    beside = chosen_lights.LAMPS.ensure().copy()  # as appending another file leaves it
+    chosen_lights.choose([sphere.sun])
+    for tree in (chosen_lights.LAMPS.ensure(), beside):
         followed = {target.id for curve in tree.animation_data.drivers for v in curve.driver.variables for target in v.targets}
         assert followed == {sphere.sun, sphere.sun.data}
 
@@ -232,12 +236,12 @@ def test_chosen_lamps_reach_appended_groups() -> None:
 @pytest.mark.render
 def test_lamp_is_exact(engine: engines.Engine) -> None:
     sphere = sphere_under_sun(64)
-    lamps.choose([sphere.sun])
+    chosen_lights.choose([sphere.sun])
     for name, model in MODELS.items():
-        if name == "Pits":
+        if name == "Pitted (Koenderink)":
             continue  # rendered with lobes
         for degrees in (0.0, 60.0):
-            (result,) = sphere.measure(rough(name, "Lamps"), [model], engine, 4, degrees)[1]
+            (result,) = sphere.measure(rough(name, "Exact for Chosen Lights"), [model], engine, 4, degrees)[1]
             assert result.rms < OWN_ERROR[engine.key], name
 
 
@@ -260,8 +264,8 @@ def test_lamps_of_every_kind_shine_as_their_objects() -> None:
     places = {"POINT": (3.0, -3.0, 1.0), "SPOT": (-3.0, -4.0, 1.0), "AREA": (0.0, -2.5, 3.0)}
     for kind, place in places.items():
         item = lamp(kind, place)
-        lamps.choose([item])
-        _, shown = sphere.radiance(rough("Oren-Nayar", "Lamps"), [item], None, engines.CYCLES, 1, shadows=False)
+        chosen_lights.choose([item])
+        _, shown = sphere.radiance(rough("Oren-Nayar", "Exact for Chosen Lights"), [item], None, engines.CYCLES, 1, shadows=False)
         _, lambert = sphere.radiance(rough("Lambert"), [item], None, engines.CYCLES, 1, shadows=False)
         surface, model = sphere.surface(), OrenNayar(1.0)
         eye = sphere.scene.camera.matrix_world.translation
@@ -286,10 +290,12 @@ def test_four_lamps_are_weighed_by_what_they_send() -> None:
     four = [lamp("POINT", (3.0, -3.0, 1.0)), lamp("SPOT", (-3.0, -4.0, 1.0)), lamp("AREA", (0.0, -2.5, 3.0)), sphere.sun]
     one_by_one = []
     for item in four:
-        lamps.choose([item])
-        one_by_one.append(sphere.radiance(rough("Oren-Nayar", "Lamps"), [item], None, engines.CYCLES, 1, shadows=False)[1])
-    lamps.choose(four)
-    _, together = sphere.radiance(rough("Oren-Nayar", "Lamps"), four, None, engines.CYCLES, 4096, shadows=False)
+        chosen_lights.choose([item])
+        one_by_one.append(
+            sphere.radiance(rough("Oren-Nayar", "Exact for Chosen Lights"), [item], None, engines.CYCLES, 1, shadows=False)[1]
+        )
+    chosen_lights.choose(four)
+    _, together = sphere.radiance(rough("Oren-Nayar", "Exact for Chosen Lights"), four, None, engines.CYCLES, 4096, shadows=False)
     squares = total = 0.0
     for pixel, good in enumerate(sphere.surface().measurable):
         for i in range(3 * pixel, 3 * pixel + 3) if good else ():
@@ -303,9 +309,9 @@ def test_four_lamps_are_weighed_by_what_they_send() -> None:
 def test_lamps_refuse_what_is_no_lamp() -> None:
     sphere = sphere_under_sun(8)
     with pytest.raises(ValueError, match="not a light"):
-        lamps.choose([sphere.sphere])
+        chosen_lights.choose([sphere.sphere])
     with pytest.raises(ValueError, match="at most 4"):
-        lamps.choose([sphere.sun] * 5)
+        chosen_lights.choose([sphere.sun] * 5)
 
 
 @pytest.mark.slow
@@ -315,7 +321,7 @@ def test_signed_lobes_equal_cycles_under_lights_and_sky(eevee_runs_here: bool) -
         pytest.skip("EEVEE finds no graphics driver here")
     sphere = sphere_under_sun(48)
     world = sky((0.35, 0.3, 0.25), (0.4, 0.6, 1.0), 0.5)
-    _, difference = sphere.between_engines(rough("Oren-Nayar", "Signed", 0.33), three_lights(), world, 16)
+    _, difference = sphere.between_engines(rough("Oren-Nayar", "Precise", 0.33), three_lights(), world, 16)
     assert difference < 0.02  # of which the engines' own, seen with Lambert, is 1.1 %
 
 
@@ -328,13 +334,15 @@ def test_specular_in_cycles_is_near_blinn_phong() -> None:
 
 
 def specular(weight: float, exponent: float) -> bpy.types.Material:
-    return materials.create("Specular", SPECULAR_GROUP, Mode="Lamps", Color=COLOR, Specular=weight, Exponent=exponent)
+    return materials.create(
+        "Specular", SPECULAR_GROUP, Quality="Exact for Chosen Lights", Color=COLOR, Specular=weight, Exponent=exponent
+    )
 
 
 @pytest.mark.render
 def test_highlight_is_exact_under_the_chosen_lamp(engine: engines.Engine) -> None:
     sphere = sphere_under_sun(64)
-    lamps.choose([sphere.sun])
+    chosen_lights.choose([sphere.sun])
     for weight, exponent in ((0.06, 30.0), (0.5, 5.0), (0.05, 1000.0)):
         for degrees in (0.0, 60.0):
             (result,) = sphere.measure(specular(weight, exponent), [Specular(weight, exponent)], engine, 4, degrees)[1]
@@ -345,8 +353,10 @@ def test_highlight_is_exact_under_the_chosen_lamp(engine: engines.Engine) -> Non
 def test_narrowest_highlight_keeps_its_digits() -> None:
     """A normal turned by an angle from N = L = V: the highlight's share is its cosine to the power of 10000."""
     flat = robustness.sheet((1.0,), [robustness.USUAL], robustness.FURNACE_CELL)
-    lamps.choose([flat.sun])
-    material = materials.create("Narrow", SPECULAR_GROUP, Mode="Lamps", Color=BLACK, Specular=1.0, Exponent=10000.0)
+    chosen_lights.choose([flat.sun])
+    material = materials.create(
+        "Narrow", SPECULAR_GROUP, Quality="Exact for Chosen Lights", Color=BLACK, Specular=1.0, Exponent=10000.0
+    )
     material.cycles.use_bump_map_correction = False  # else Cycles shadows what the true surface would hide
     normal = material.node_tree.nodes[SPECULAR_GROUP.name].inputs["Normal"]
     for angle in (0.0, 1e-4, 1e-3, 0.005, 0.01, 0.02, 0.03):
@@ -364,7 +374,7 @@ def test_narrowest_highlight_keeps_its_digits() -> None:
 def test_highlight_of_light_from_elsewhere_is_its_directional_albedo() -> None:
     mus = (1.0, 0.5, 0.2)
     bent, white = robustness.sheet(mus, [robustness.USUAL], robustness.EXTREME_CELL), robustness.uniform_world()
-    lamps.choose([])
+    chosen_lights.choose([])
     for exponent in (0.0, 5.0, 30.0, 300.0):
         model = Specular(0.5, exponent)
         for cell, mu in zip(bent.cells(specular(0.5, exponent), engines.CYCLES, 64, white), mus, strict=True):
@@ -389,8 +399,8 @@ def test_odd_exponents_and_weights_count_as_the_nearest_in_range() -> None:
     ]
     rows = [{**robustness.USUAL, name: (value,) * 3} for name, odd, usual in pairs for value in (odd, usual)]
     flat = robustness.sheet((1.0,), rows, robustness.FURNACE_CELL)
-    lamps.choose([flat.sun])
-    cells = flat.cells(robustness.fed(SPECULAR, "Lamps"), engines.CYCLES, 1, 0.0)
+    chosen_lights.choose([flat.sun])
+    cells = flat.cells(robustness.fed(SPECULAR, "Exact for Chosen Lights"), engines.CYCLES, 1, 0.0)
     for pair, odd, usual in zip(pairs, cells[::2], cells[1::2], strict=True):
         assert odd == pytest.approx(usual, rel=1e-5), pair  # the same in 32-bit floats
     assert max(cells[1]) > 100.0 > max(cells[5])  # exponents of 10000 and 0
@@ -405,7 +415,7 @@ def test_highlight_makes_no_fireflies_on_what_it_shines_on() -> None:
     floor.data.materials.append(materials.create_plain("Floor")[0])
     sphere.scene.collection.objects.link(floor)
     sphere.sun.matrix_world = Vector((-0.5, -0.75, 0.5)).to_track_quat("Z", "Y").to_matrix().to_4x4()
-    lamps.choose([sphere.sun])
+    chosen_lights.choose([sphere.sun])
     engines.use(sphere.scene, engines.CYCLES, 16)
     sphere.scene.cycles.max_bounces, sphere.scene.cycles.sample_clamp_indirect = 2, 0.0
     shown = []

@@ -14,9 +14,9 @@ import pytest
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.summary import claim_of, stated_error
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, lamps
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
 from true_diffuse.addon.operators import tolerance as tolerance_operator
-from true_diffuse.addon.optimize.optimize import simplify
+from true_diffuse.addon.optimize.materials import simplify
 from true_diffuse.addon.probe import measurement
 from true_diffuse.addon.probe.environment import environment
 from true_diffuse.addon.ui import panels, plots
@@ -83,7 +83,7 @@ def clay(**inputs: materials.Setting) -> bpy.types.Material:
 @pytest.mark.parametrize("group", [ROUGH_DIFFUSE, SUBSURFACE, SPECULAR_GROUP], ids=lambda group: group.key)
 def test_panel_shows_the_sockets_a_plot_and_the_buttons(group) -> None:
     material = materials.create("Material", group)
-    shown = {socket.name for socket in group.inputs if not socket.hide_value and socket.name != "Mean Free Path"}
+    shown = {socket.name for socket in group.inputs if not socket.hide_value and socket.name != "Subsurface Radius"}
     for engine in ("BLENDER_EEVEE", "CYCLES", "BLENDER_WORKBENCH"):
         bpy.context.scene.render.engine = engine
         layout = drawn(material)
@@ -169,15 +169,19 @@ def test_stated_error_is_that_of_the_readme() -> None:
     scene, stated = bpy.context.scene, {}
     for engine in (EEVEE, CYCLES):
         scene.render.engine = engine.identifier
-        for mode in ("Single", "Lobes", "Signed"):
-            stated[engine.key, mode] = stated_error(claim_of(clay(Mode=mode, Roughness=0.33)), scene)
-    assert stated["eevee", "Single"] == "5.1 % from Oren-Nayar" and stated["eevee", "Lobes"] == "3.3 % from Oren-Nayar"
-    assert float(stated["eevee", "Signed"].split()[0]) == pytest.approx(0.43, abs=0.02)
-    assert float(stated["cycles", "Lobes"].split()[0]) == pytest.approx(0.59, abs=0.01)
+        for mode in ("Fast", "Balanced", "Precise"):
+            stated[engine.key, mode] = stated_error(claim_of(clay(Quality=mode, Roughness=0.33)), scene)
+    assert stated["eevee", "Fast"] == "5.1 % from Oren-Nayar" and stated["eevee", "Balanced"] == "3.3 % from Oren-Nayar"
+    assert float(stated["eevee", "Precise"].split()[0]) == pytest.approx(0.43, abs=0.02)
+    assert float(stated["cycles", "Balanced"].split()[0]) == pytest.approx(0.59, abs=0.01)
     assert stated_error(claim_of(clay(Model="Lambert")), scene) == "exactly Lambert"
     lamps_only = "Exact for the chosen lamps"
-    assert stated_error(claim_of(clay(Mode="Lamps")), scene) == lamps_only
-    for height, mode, expected in ((1.0, "Lobe", ""), (1.0, "Lamps", lamps_only), (9.0, "Lamps", lamps_only)):  # in Cycles
+    assert stated_error(claim_of(clay(Quality="Exact for Chosen Lights")), scene) == lamps_only
+    for height, mode, expected in (
+        (1.0, "Balanced", ""),
+        (1.0, "Exact for Chosen Lights", lamps_only),
+        (9.0, "Exact for Chosen Lights", lamps_only),
+    ):  # in Cycles
         assert stated_error(claim_of(shiny(mode, height)), scene) == expected
     for weight, expected in ((1.0, ""), (0.5, "Rough part: exactly Fujii")):  # Cycles has Fujii's model
         skin = materials.create("Skin", SUBSURFACE, Subsurface=weight, Model="Fujii")
@@ -190,7 +194,7 @@ def test_stated_error_is_that_of_the_readme() -> None:
     skin = materials.create("Skin", SUBSURFACE, Subsurface=0.5, Model="EON")
     assert stated_error(claim_of(skin), scene) == "Rough part: exact, by OSL"
     scene.render.engine = REALTIME.identifier
-    for modes in ({"Mode": "Single"}, {"Mode": "Lamps"}, {"Model": "Pits"}):
+    for modes in ({"Quality": "Fast"}, {"Quality": "Exact for Chosen Lights"}, {"Model": "Pitted (Koenderink)"}):
         assert stated_error(claim_of(clay(**modes)), scene) == "Exact under every lamp"
     assert stated_error(claim_of(skin), scene) == "Rough part: exact under every lamp"
     assert stated_error(claim_of(rough), scene) == ""  # it draws the socket's own value
@@ -199,7 +203,7 @@ def test_stated_error_is_that_of_the_readme() -> None:
 def shiny(mode: str, height: float) -> bpy.types.Material:
     """Return a Standard Specular of a black base, whose highlight is `height` times as bright as white."""
     return materials.create(
-        "Shiny", SPECULAR_GROUP, Mode=mode, Color=(0.0, 0.0, 0.0, 1.0), Specular=1.0, Exponent=8.0 * height - 8.0
+        "Shiny", SPECULAR_GROUP, Quality=mode, Color=(0.0, 0.0, 0.0, 1.0), Specular=1.0, Exponent=8.0 * height - 8.0
     )
 
 
@@ -208,15 +212,15 @@ def test_stated_limit_of_highlights_is_eevees(eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("EEVEE finds no graphics driver here")
     flat = robustness.sheet((1.0,), [robustness.USUAL], robustness.FURNACE_CELL)
-    lamps.choose([flat.sun])  # of irradiance pi: white is 1
+    chosen_lights.choose([flat.sun])  # of irradiance pi: white is 1
     for height, shown, stated in ((7.0, 7.0, ""), (9.0, 8.0, ", cut off at 8 times white")):
-        material = shiny("Lamps", height)
+        material = shiny("Exact for Chosen Lights", height)
         (cell,) = flat.cells(material, EEVEE, 1, 0.0)  # N = L = V
         assert cell == pytest.approx([shown] * len(cell), rel=0.002)  # 10 bits
         assert stated_error(claim_of(material), bpy.context.scene) == f"Exact for the chosen lamps{stated}"
     bpy.context.scene.render.engine = EEVEE.identifier
     for height, stated in ((7.0, ""), (9.0, ", cut off at 8 times white")):  # of any base
-        material = shiny("Lamps", height)
+        material = shiny("Exact for Chosen Lights", height)
         tree = material.node_tree
         tree.links.new(tree.nodes.new("ShaderNodeTexImage").outputs["Color"], tree.nodes[SPECULAR_GROUP.name].inputs["Color"])
         assert stated_error(claim_of(material), bpy.context.scene) == f"Exact for the chosen lamps{stated}"
@@ -240,31 +244,31 @@ def light(name: str) -> bpy.types.Object:
 
 
 def test_lamps_are_picked_from_a_list() -> None:
-    lights, material = [light(f"Lamp {k}") for k in range(5)], clay(Mode="Lamps")
+    lights, material = [light(f"Lamp {k}") for k in range(5)], clay(Quality="Exact for Chosen Lights")
     assert "true_diffuse.toggle_lamp Lamp 1" in drawn(material).offered
     for name in ("Lamp 1", "Lamp 3", "Lamp 0"):
         assert bpy.ops.true_diffuse.toggle_lamp(light=name) == {"FINISHED"}
-    assert lamps.chosen() == [lights[1], lights[3], lights[0]]
+    assert chosen_lights.chosen() == [lights[1], lights[3], lights[0]]
     assert "true_diffuse.toggle_lamp Lamp 3 chosen" in drawn(material).offered
     assert bpy.ops.true_diffuse.toggle_lamp(light="Lamp 3") == {"FINISHED"}
-    assert lamps.chosen() == [lights[1], lights[0]]
+    assert chosen_lights.chosen() == [lights[1], lights[0]]
     bpy.ops.true_diffuse.toggle_lamp(light="Lamp 3")
     bpy.ops.true_diffuse.toggle_lamp(light="Lamp 2")
     with pytest.raises(RuntimeError, match="up to 4 lights"):
         bpy.ops.true_diffuse.toggle_lamp(light="Lamp 4")
     with pytest.raises(RuntimeError, match="no light Sun"):
         bpy.ops.true_diffuse.toggle_lamp(light="Sun")
-    assert len(lamps.chosen()) == 4
+    assert len(chosen_lights.chosen()) == 4
 
 
 def test_deleted_lamps_drop_out() -> None:
     first, second = light("First"), light("Second")
     bpy.context.view_layer.update()
-    lamps.choose([first, second])
-    nodes = len(lamps.LAMPS.ensure().nodes)
+    chosen_lights.choose([first, second])
+    nodes = len(chosen_lights.LAMPS.ensure().nodes)
     bpy.data.objects.remove(first)
     bpy.context.view_layer.update()
-    assert lamps.chosen() == [second] and len(lamps.LAMPS.ensure().nodes) < nodes
+    assert chosen_lights.chosen() == [second] and len(chosen_lights.LAMPS.ensure().nodes) < nodes
 
 
 def test_preset_gives_the_node_its_values() -> None:
@@ -300,9 +304,9 @@ def report(folder: Path, **environment_of: object) -> Path:
             "seconds_per_sample": 0.1,
         }
         for engine, mode, floor, seconds in (
-            ("eevee", "Lobes", 0.03, 1.0),
-            ("eevee", "Signed", 0.005, 3.0),
-            ("eevee", "Lamps", 0.001, 0.5),
+            ("eevee", "Balanced", 0.03, 1.0),
+            ("eevee", "Precise", 0.005, 3.0),
+            ("eevee", "Exact for Chosen Lights", 0.001, 0.5),
             ("realtime", None, 1e-5, 0.1),
         )
     ]
@@ -327,34 +331,37 @@ def test_tolerance_sets_mode_and_samples(tmp_path: Path, monkeypatch: pytest.Mon
     bpy.ops.mesh.primitive_cube_add()
     scene, material = bpy.context.scene, clay(Roughness=0.33)
     bpy.context.object.data.materials.append(material)
-    bpy.context.object.data.materials.append(shiny("Lobe", 1.0))  # whose modes no report knows
+    bpy.context.object.data.materials.append(shiny("Balanced", 1.0))  # whose modes no report knows
     instanced = in_instance(clay(Roughness=0.2))
     monkeypatch.setattr(tolerance_operator, "_report_path", lambda: report(tmp_path))
     measured = []
     monkeypatch.setattr(tolerance_operator, "measure", lambda _operator, _context, shown: measured.append(shown))
-    mode = material.node_tree.nodes["Rough Diffuse"].inputs["Mode"]
-    for percent, expected in ((4.0, "Lobes"), (1.0, "Signed")):  # never Lamps, which only the artist can know to be right
+    mode = material.node_tree.nodes["Rough Diffuse"].inputs["Quality"]
+    for percent, expected in ((4.0, "Balanced"), (1.0, "Precise")):  # never Lamps, which only the artist can know to be right
         scene.true_diffuse.error, scene.eevee.taa_render_samples = percent, 99
         assert bpy.ops.true_diffuse.use_tolerance() == {"FINISHED"}
         assert mode.default_value == expected and scene.eevee.taa_render_samples == 4
-        assert instanced.node_tree.nodes["Rough Diffuse"].inputs["Mode"].default_value == expected
+        assert instanced.node_tree.nodes["Rough Diffuse"].inputs["Quality"].default_value == expected
     assert measured == [material] * 2
     scene.true_diffuse.error, scene.eevee.taa_render_samples = 0.1, 99
     with pytest.raises(RuntimeError, match=r"Clay.*: EEVEE reaches 0\.5 % at best, with Signed and 4 samples"):
         bpy.ops.true_diffuse.use_tolerance()
-    assert mode.default_value == "Signed" and scene.eevee.taa_render_samples == 99
+    assert mode.default_value == "Precise" and scene.eevee.taa_render_samples == 99
 
 
 def test_tolerance_in_realtime_sets_samples_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bpy.ops.mesh.primitive_cube_add()
-    scene, material = bpy.context.scene, clay(Roughness=0.33, Mode="Lamps")
+    scene, material = bpy.context.scene, clay(Roughness=0.33, Quality="Exact for Chosen Lights")
     bpy.context.object.data.materials.append(material)
     monkeypatch.setattr(tolerance_operator, "_report_path", lambda: report(tmp_path))
     monkeypatch.setattr(tolerance_operator, "measure", lambda *_: None)
     scene.render.engine, scene.true_diffuse.error, scene.true_diffuse.samples = REALTIME.identifier, 0.1, 99
     scene.cycles.shading_system = True  # which is Cycles' alone
     assert bpy.ops.true_diffuse.use_tolerance() == {"FINISHED"}
-    assert scene.true_diffuse.samples == 4 and material.node_tree.nodes["Rough Diffuse"].inputs["Mode"].default_value == "Lamps"
+    assert (
+        scene.true_diffuse.samples == 4
+        and material.node_tree.nodes["Rough Diffuse"].inputs["Quality"].default_value == "Exact for Chosen Lights"
+    )
 
 
 def test_tolerance_refuses_where_there_is_nothing_to_go_by(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -391,7 +398,9 @@ def test_lambert_is_plotted_as_horizontal_lines() -> None:
 
 def test_profile_goes_as_far_as_nearly_all_light_of_the_widest_channel() -> None:
     lengths = (1.0, 0.5, 0.2)
-    claim = claim_of(materials.create("Wax", SUBSURFACE, Color=(0.5, 0.5, 0.5, 1.0), **{"Mean Free Path": lengths, "Scale": 2.0}))
+    claim = claim_of(
+        materials.create("Wax", SUBSURFACE, Color=(0.5, 0.5, 0.5, 1.0), **{"Subsurface Radius": lengths, "Scale": 2.0})
+    )
     reach = plots.profile_reach(claim)
     # Christensen and Burley (2015), equation (6): d is the mean free path over 1.9 - A + 3.5 (A - 0.8)^2, within 6 % of the walks
     x = reach / (2.0 * lengths[0] / (1.9 - 0.5 + 3.5 * 0.3**2))

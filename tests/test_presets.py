@@ -44,7 +44,7 @@ def test_values_are_finite_and_in_the_sockets_ranges(preset: Preset) -> None:
     for name, value in preset.inputs.items():
         low, high = sockets[name].minimum or 0.0, sockets[name].maximum or (1.0 if name == "Color" else 20.0)
         assert all(low <= v <= high for v in (value if isinstance(value, tuple) else (value,))), name
-    assert min(preset.inputs.get("Mean Free Path", (1.0,))) > 0.01
+    assert min(preset.inputs.get("Subsurface Radius", (1.0,))) > 0.01
 
 
 @pytest.mark.parametrize("name", PRINTED)
@@ -57,7 +57,7 @@ def test_color_of_a_medium_is_its_printed_reflectance(name: str) -> None:
 def test_light_gets_as_far_as_in_the_medium(medium) -> None:
     preset = next(preset for preset in PRESETS.values() if preset.name == medium.name.title())
     assert preset.inputs["IOR"] == medium.eta
-    for channel, color, length in zip(medium.channels, preset.inputs["Color"], preset.inputs["Mean Free Path"], strict=False):
+    for channel, color, length in zip(medium.channels, preset.inputs["Color"], preset.inputs["Subsurface Radius"], strict=False):
         sigma_tr = math.sqrt(3.0 * max(channel.sigma_a, 1e-6) * (channel.sigma_a + channel.sigma_s_prime))
         # the half-space with this length and that sigma_tr, without a boundary, reflects the color
         assert plane_albedo(1.0 - (length * sigma_tr) ** 2 / 3.0, MU) == pytest.approx(color, rel=2e-4)

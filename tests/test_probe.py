@@ -17,8 +17,8 @@ from true_diffuse.addon.closures.lobe import PAIR
 from true_diffuse.addon.closures.lobes import Rendered
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.models import OrenNayar
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, lamps
-from true_diffuse.addon.optimize.optimize import simplify
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
+from true_diffuse.addon.optimize.materials import simplify
 from true_diffuse.addon.probe import measurement
 
 pytestmark = pytest.mark.usefixtures("empty_file")
@@ -55,7 +55,7 @@ def everything() -> dict[str, object]:
         "data": set(bpy.data.user_map()) - images,
         "scene": (scene, scene.camera, scene.frame_current, scene.render.resolution_x, scene.render.engine, scene.cycles.samples),
         "selected": (bpy.context.object, bpy.context.mode, set(bpy.context.selected_objects)),
-        "lamps": lamps.chosen(),
+        "lamps": chosen_lights.chosen(),
     }
 
 
@@ -116,9 +116,11 @@ def test_file_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = bpy.context.scene
     scene.render.engine, scene.cycles.samples = CYCLES.identifier, 7
     bpy.ops.object.light_add(type="SUN")
-    lamps.choose([bpy.context.object])
+    chosen_lights.choose([bpy.context.object])
     bpy.ops.mesh.primitive_cube_add()
-    bpy.context.object.data.materials.append(materials.create("Clay", ROUGH_DIFFUSE, Mode="Lamps", Roughness=SIGMA))
+    bpy.context.object.data.materials.append(
+        materials.create("Clay", ROUGH_DIFFUSE, Quality="Exact for Chosen Lights", Roughness=SIGMA)
+    )
     bpy.ops.object.mode_set(mode="EDIT")
     material, before = bpy.context.object.active_material, everything()
     found = measurement.measure(material, scene, Steps())
@@ -155,7 +157,7 @@ def test_simplified_material_is_measured_whole_and_stays_simplified() -> None:
 def test_slab_shows_the_color_claimed() -> None:
     """Christensen-Burley returns its color exactly; 512 samples of 144 pixels have 0.3 % of noise or less."""
     bpy.context.scene.render.engine = CYCLES.identifier
-    inputs = {"Method": "Christensen-Burley", "Color": COLOR, "Mean Free Path": (1.0, 0.5, 0.2)}
+    inputs = {"Method": "Christensen-Burley", "Color": COLOR, "Subsurface Radius": (1.0, 0.5, 0.2)}
     material = materials.create("Wax", SUBSURFACE, **inputs)
     found = measurement.measure(material, bpy.context.scene, Steps())
     assert found.worst < 0.01 and found.notes == ("measured without the coat",)

@@ -43,7 +43,7 @@ MODELS: dict[str, tuple[Model, dict[str, float]]] = {
     "Cycles Diffuse": (models.CyclesDiffuse(0.7), {"Roughness": 0.7}),
     "Oren-Nayar 1994": (models.OrenNayar1994(0.5), {"Roughness": 0.5}),
     "Wolff": (models.Wolff(1.5), {"IOR": 1.5}),
-    "Pits": (models.Pits(), {}),
+    "Pitted (Koenderink)": (models.Pits(), {}),
     "Specular": (models.Specular(0.06, 30.0), {"Specular": 0.06, "Exponent": 30.0}),
 }
 
@@ -442,7 +442,7 @@ def test_lamps_share_the_shadow_map_without_touching_each_other() -> None:
 
 
 def skin(color: Sequence[float] = COLOR, path: float = 100.0) -> bpy.types.Material:
-    settings = {"Mean Free Path": (path, path, path), "Subsurface": 1.0, "Specular": 0.0}
+    settings = {"Subsurface Radius": (path, path, path), "Subsurface": 1.0, "Specular": 0.0}
     return materials.create("Skin", SUBSURFACE, Color=(*color, 1.0), **settings)
 
 

@@ -9,7 +9,7 @@ from true_diffuse.addon.blender import engines
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.models import directional_albedo
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
-from true_diffuse.addon.nodes.lamps import choose
+from true_diffuse.addon.nodes.chosen_lights import choose
 from true_diffuse.scripts.studies import robustness
 from true_diffuse.scripts.studies.rough import OTHERS, PAPER, SPECULAR, Law
 
@@ -78,8 +78,8 @@ def test_odd_inputs_render_finite_and_not_negative(engine: engines.Engine, law: 
     bent = robustness.sheet(robustness.EXTREME_MUS, [inputs for _, _, inputs in rows], robustness.EXTREME_CELL)
     choose([bent.sun])
     lights: list[float | bpy.types.World] = [*robustness.SUNS, robustness.uniform_world()]
-    modes = ("Lobes",) if engine is engines.EEVEE else ("Lobes", "Lamps", "Lobes, OSL")
-    for mode in ("Lobe", "Lamps") if law is SPECULAR else modes:
+    modes = ("Balanced",) if engine is engines.EEVEE else ("Balanced", "Exact for Chosen Lights", "Lobes, OSL")
+    for mode in ("Balanced", "Exact for Chosen Lights") if law is SPECULAR else modes:
         bent.scene.cycles.shading_system = mode.endswith("OSL")
         material = robustness.fed(law, mode.split(",")[0])
         for (name, words, _), (low, _, sound) in zip(rows, robustness.odd_inputs(bent, material, engine, lights), strict=True):
@@ -91,6 +91,6 @@ def test_normal_without_a_direction_counts_as_none(odd: str, usual: str) -> None
     normals = {**dict(robustness.NORMALS), "towards the viewer": (0.0, 0.0, 1.0)}
     rows = [{**robustness.USUAL, "Normal": normals[words]} for words in (odd, usual)]
     bent = robustness.sheet(MUS[:2], rows, robustness.EXTREME_CELL)
-    cells = bent.cells(robustness.fed(PAPER, "Lobes"), engines.CYCLES, 1, 60.0)
+    cells = bent.cells(robustness.fed(PAPER, "Balanced"), engines.CYCLES, 1, 60.0)
     for one, other in zip(cells[:2], cells[2:], strict=True):
         assert max(other) > 0.1 and one == pytest.approx(other, rel=1e-5)  # the same shading in 32-bit floats

@@ -131,7 +131,7 @@ def test_glsl_channels_have_their_own_albedo(shader: stability_glsl.Shader, eeve
 
 def test_every_glsl_file_is_compiled_and_every_model_measured() -> None:
     stems = {path.stem for path in PATHS}
-    others = {"geometry", "lamps", "albedo", "coat", "burley"}  # the last three: test_realtime_functions.py
+    others = {"geometry", "lights", "albedo", "coat", "burley"}  # the last three: test_realtime_functions.py
     assert stems == set(BEFORE) == {*NAMES, *others}
 
 

@@ -46,21 +46,21 @@ def report(*curves: dict[str, Any]) -> dict[str, Any]:
     return {"version": 1, "environment": HERE, "curves": list(curves)}
 
 
-NOISY = curve("Lobes", 0.01, 0.2, 1.0, 0.1)
-DEAR = curve("Signed", 0.001, 0.2, 1.0, 0.5)
+NOISY = curve("Balanced", 0.01, 0.2, 1.0, 0.1)
+DEAR = curve("Precise", 0.001, 0.2, 1.0, 0.5)
 
 
 def test_choice_is_the_fewest_samples_of_the_cheapest_mode() -> None:
     # 0.0301^2 = 0.01^2 + 0.2^2 / n: n = 0.04 / 0.000806 = 49.6, in 1 + 5 s; Signed: n = 44.2, in 23.5 s
     choice = choose(report(NOISY, DEAR), "five", "cycles", "Oren-Nayar", 0.0301)
-    assert (choice.mode, choice.samples) == ("Lobes", 50)
+    assert (choice.mode, choice.samples) == ("Balanced", 50)
     assert choice.seconds == pytest.approx(6.0) and choice.expected_error == pytest.approx(0.03)
 
 
 def test_choice_is_dearer_where_the_cheap_mode_ends() -> None:
     # below Lobes' floor of 1 %; 0.2 / sqrt(n) <= sqrt(0.0135^2 - 0.001^2) from n = 221 on; Lobes would take 487
     choice = choose(report(NOISY, DEAR), "five", "cycles", "Oren-Nayar", 0.0135)
-    assert (choice.mode, choice.samples) == ("Signed", math.ceil(0.04 / (0.0135**2 - 0.001**2)))
+    assert (choice.mode, choice.samples) == ("Precise", math.ceil(0.04 / (0.0135**2 - 0.001**2)))
 
 
 def test_no_more_samples_than_were_measured() -> None:
@@ -71,7 +71,7 @@ def test_no_more_samples_than_were_measured() -> None:
 
 
 def test_uncertainty_counts_against_a_mode() -> None:
-    sure = curve("Lobes", 0.02, None, 1.0, 0.1)
+    sure = curve("Balanced", 0.02, None, 1.0, 0.1)
     unsure = sure | {"floor_uncertainty": 0.02}
     assert choose(report(sure), "five", "cycles", "Oren-Nayar", 0.03).samples == 1
     with pytest.raises(Unmet):
@@ -82,11 +82,11 @@ def test_uncertainty_counts_against_a_mode() -> None:
 
 def test_error_is_the_mode_s_from_the_sphere_and_the_noise_of_the_scene() -> None:
     # in the scene both are 9 % from another engine, which no mode mends; from the model they are 3 % and 0.5 %
-    curves = [curve(mode, 0.09, None, seconds, 0.1) for mode, seconds in (("Lobes", 1.0), ("Signed", 3.0))]
-    curves += [curve(mode, floor, None, 1.0, 0.1, scene="sphere") for mode, floor in (("Lobes", 0.03), ("Signed", 0.005))]
-    assert choose(report(*curves), "five", "cycles", "Oren-Nayar", 0.04).mode == "Lobes"
+    curves = [curve(mode, 0.09, None, seconds, 0.1) for mode, seconds in (("Balanced", 1.0), ("Precise", 3.0))]
+    curves += [curve(mode, floor, None, 1.0, 0.1, scene="sphere") for mode, floor in (("Balanced", 0.03), ("Precise", 0.005))]
+    assert choose(report(*curves), "five", "cycles", "Oren-Nayar", 0.04).mode == "Balanced"
     choice = choose(report(*curves), "five", "cycles", "Oren-Nayar", 0.02)
-    assert (choice.mode, choice.expected_error) == ("Signed", 0.005) and choice.seconds == pytest.approx(3.1)
+    assert (choice.mode, choice.expected_error) == ("Precise", 0.005) and choice.seconds == pytest.approx(3.1)
     # noise that shows at one sample alone: 0.0906^2 = 0.09^2 + 0.0104^2, so 0.0115 with the mode's 0.5 %
     noisy = curves[1] | {"points": [{**point, "error": 0.0906 if point["samples"] == 1 else 0.09} for point in curves[1]["points"]]}
     assert choose(report(noisy, *curves[2:]), "five", "cycles", "Oren-Nayar", 0.0116).samples == 1
@@ -94,14 +94,16 @@ def test_error_is_the_mode_s_from_the_sphere_and_the_noise_of_the_scene() -> Non
 
 
 def test_modes_can_be_left_out_and_osl_demanded() -> None:
-    lamps, osl = curve("Lamps", 0.001, None, 0.1, 0.1), curve("Lobes", 0.001, None, 0.5, 0.1, osl=True)
-    assert choose(report(NOISY, lamps, osl), "five", "cycles", "Oren-Nayar", 0.03).mode == "Lamps"
-    assert choose(report(NOISY, lamps, osl), "five", "cycles", "Oren-Nayar", 0.03, leave_out={"Lamps"}).osl
-    assert not choose(report(NOISY, lamps, osl), "five", "cycles", "Oren-Nayar", 0.03, osl=False, leave_out={"Lamps"}).osl
+    lamps, osl = curve("Exact for Chosen Lights", 0.001, None, 0.1, 0.1), curve("Balanced", 0.001, None, 0.5, 0.1, osl=True)
+    assert choose(report(NOISY, lamps, osl), "five", "cycles", "Oren-Nayar", 0.03).mode == "Exact for Chosen Lights"
+    assert choose(report(NOISY, lamps, osl), "five", "cycles", "Oren-Nayar", 0.03, leave_out={"Exact for Chosen Lights"}).osl
+    assert not choose(
+        report(NOISY, lamps, osl), "five", "cycles", "Oren-Nayar", 0.03, osl=False, leave_out={"Exact for Chosen Lights"}
+    ).osl
 
 
 def test_roughness_is_looked_up_where_the_error_is_not_smaller() -> None:
-    smooth, rough = curve("Lobes", 0.01, None, 1.0, 0.1, sigma=0.2), curve("Lobes", 0.02, None, 1.0, 0.1, sigma=0.33)
+    smooth, rough = curve("Balanced", 0.01, None, 1.0, 0.1, sigma=0.2), curve("Balanced", 0.02, None, 1.0, 0.1, sigma=0.33)
     for sigma, expected in ((0.0, 0.01), (0.2, 0.01), (0.21, 0.02), (0.33, 0.02)):
         assert choose(report(smooth, rough), "five", "cycles", "Oren-Nayar", 0.05, sigma).expected_error == expected
     with pytest.raises(Unmet, match=r"up to a roughness of 0\.33, not 0\.5"):
@@ -167,7 +169,7 @@ def test_comparison_by_tolerance(tmp_path: Path) -> None:
     document = json.loads((tmp_path / "out" / "compare.json").read_text())
     assert {record["samples"] for record in document["records"]} == {50}
     picked = document["choices"]["cycles"]
-    assert (picked["mode"], picked["samples"], picked["met"]) == ("Lobes", 50, True)
+    assert (picked["mode"], picked["samples"], picked["met"]) == ("Balanced", 50, True)
     rough = [record["rms_error"] for record in document["records"] if record["name"] != "specular"]
     assert picked["measured_error"] == max(rough)
 

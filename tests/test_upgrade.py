@@ -11,7 +11,7 @@ import pytest
 from true_diffuse.addon.blender.id_properties import STAMP
 from true_diffuse.addon.blender.osl import compiles_osl
 from true_diffuse.addon.material import materials, upgrade
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group, lamps
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group, chosen_lights
 from true_diffuse.addon.nodes.graph import COLOR, Graph, Socket, Value
 
 pytestmark = pytest.mark.usefixtures("empty_file")
@@ -138,15 +138,15 @@ def test_standard_specular_without_modes_keeps_its_lobe() -> None:
     def build_first(graph: Graph) -> dict[str, Value]:
         return {"BSDF": graph.diffuse(graph.input(COLOR), graph.normal())}
 
-    inputs = tuple(socket for socket in SPECULAR_GROUP.inputs if socket.name != "Mode")
+    inputs = tuple(socket for socket in SPECULAR_GROUP.inputs if socket.name != "Quality")
     first = replace(SPECULAR_GROUP, version=1, inputs=inputs, build=build_first)
     made = materials.create("Old", first, Color=(0.1, 0.2, 0.3, 1.0), Specular=0.4, Exponent=70.0)
     node = made.node_tree.nodes[first.name]
     node.inputs["Exponent"].keyframe_insert("default_value", frame=1)
     report = upgrade.upgrade()
     assert report.upgraded == ["Old"] and not report.lines and node.node_tree == SPECULAR_GROUP.ensure()
-    values = [node.inputs[name].default_value for name in ("Mode", "Specular", "Exponent")]
-    assert values == ["Lobe", pytest.approx(0.4), pytest.approx(70.0)]
+    values = [node.inputs[name].default_value for name in ("Quality", "Specular", "Exponent")]
+    assert values == ["Balanced", pytest.approx(0.4), pytest.approx(70.0)]
     curve = made.node_tree.animation_data.action.layers[0].strips[0].channelbags[0].fcurves[0]
     assert f"inputs[{node.inputs.find('Exponent')}]" in curve.data_path
 
@@ -173,12 +173,12 @@ def test_linked_material_is_left_alone_and_said(tmp_path: Path) -> None:
 
 
 def test_chosen_lamps_are_kept() -> None:
-    old_lamps = replace(lamps.LAMPS, version=0)
+    old_lamps = replace(chosen_lights.LAMPS, version=0)
     lights = [bpy.data.objects.new(name, bpy.data.lights.new(name, "POINT")) for name in ("A", "B")]
-    old_lamps.rebuild(lambda graph: lamps.build(graph, lights))
+    old_lamps.rebuild(lambda graph: chosen_lights.build(graph, lights))
     old_material()
     upgrade.upgrade()
-    drivers = lamps.LAMPS.ensure().animation_data.drivers
+    drivers = chosen_lights.LAMPS.ensure().animation_data.drivers
     followed = {target.id for curve in drivers for variable in curve.driver.variables for target in variable.targets}
     assert set(lights) <= followed
 

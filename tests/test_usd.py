@@ -21,7 +21,7 @@ from true_diffuse.addon.blender import report
 from true_diffuse.addon.material import materials, presets
 from true_diffuse.addon.material.read import group_node, plain
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
-from true_diffuse.addon.nodes.rough_diffuse import MODES
+from true_diffuse.addon.nodes.rough_diffuse import QUALITIES
 from true_diffuse.addon.nodes.rough_models import KINDS
 from true_diffuse.addon.usd import materialx, nearest
 
@@ -38,7 +38,7 @@ FORMULAS = {
     "Cycles Diffuse": models.CyclesDiffuse(0.4),
     "Oren-Nayar 1994": models.OrenNayar1994(0.4),
     "Wolff": models.Wolff(1.4),
-    "Pits": models.Pits(),
+    "Pitted (Koenderink)": models.Pits(),
 }
 # Prints each material's shaders and custom data, with the package usd-core, in a process without bpy.
 INSPECT = """
@@ -156,7 +156,7 @@ def test_others_find_no_fault_and_generate_shaders(tmp_path: Path) -> None:
     show(materials.create("Coated", SUBSURFACE, Subsurface=0.6))
     show(materials.create("Shiny", SPECULAR_GROUP))
     painted = materials.create("Painted", SUBSURFACE)
-    for socket in ("Color", "Roughness", "Mean Free Path", "Specular Roughness"):
+    for socket in ("Color", "Roughness", "Subsurface Radius", "Specular Roughness"):
         feed(painted, socket, picture(tmp_path / f"{socket.replace(' ', '')}.png", socket))
     show(painted)
     marked = rough("EON", 0.5)
@@ -197,9 +197,9 @@ def test_closure_and_preview_have_the_models_albedo(tmp_path: Path) -> None:
 
         closure = material["shaders"]["MaterialX_diffuse"]
         assert closure["id"] == "ND_oren_nayar_diffuse_bsdf"
-        compensated = model in {"Fujii", "EON", "Cycles Diffuse", "Pits"}
+        compensated = model in {"Fujii", "EON", "Cycles Diffuse", "Pitted (Koenderink)"}
         assert closure["energy_compensation"] is compensated
-        roughness = {"Lambert": 0.0, "Wolff": 0.0, "Pits": 1.0}.get(model, 0.4)
+        roughness = {"Lambert": 0.0, "Wolff": 0.0, "Pitted (Koenderink)": 1.0}.get(model, 0.4)
         assert closure["roughness"] == pytest.approx(roughness)
         stand_in = models.Eon(roughness) if compensated else models.OrenNayar(roughness)
         assert [average(stand_in, rho) for rho in closure["color"]] == pytest.approx(expected, rel=1e-4)
@@ -219,7 +219,7 @@ def test_colors_stay_in_range_for_any_input() -> None:
 
 
 def test_subsurface_network(tmp_path: Path) -> None:
-    inputs = {"Mean Free Path": (1.5, 1.0, 0.5), "Scale": 2.0, "Subsurface": 0.7, "Specular": 0.5, "Specular Roughness": 0.3}
+    inputs = {"Subsurface Radius": (1.5, 1.0, 0.5), "Scale": 2.0, "Subsurface": 0.7, "Specular": 0.5, "Specular Roughness": 0.3}
     show(materials.create("Skin", SUBSURFACE, Color=COLOR, IOR=1.5, Model="EON", Roughness=0.4, **inputs))
     shaders = inspect(export(tmp_path / "one.usda"))["materials"]["Skin"]["shaders"]
     assert shaders["MaterialX_subsurface"]["color"] == pytest.approx(COLOR[:3])
@@ -242,7 +242,7 @@ def test_subsurface_network(tmp_path: Path) -> None:
 
 
 def test_mean_free_path_is_in_the_stages_units(tmp_path: Path) -> None:
-    show(materials.create("Skin", SUBSURFACE, Scale=2.0, **{"Mean Free Path": (1.5, 1.0, 0.5)}))
+    show(materials.create("Skin", SUBSURFACE, Scale=2.0, **{"Subsurface Radius": (1.5, 1.0, 0.5)}))
     for units, meters_per_unit in (("METERS", 1.0), ("CENTIMETERS", 0.01)):
         for scale_length in (1.0, 0.01):
             bpy.context.scene.unit_settings.scale_length = scale_length
@@ -262,16 +262,16 @@ def test_round_trip_is_equal(tmp_path: Path) -> None:
     draw = random.Random(6)
     made = []
     for kind in KINDS:
-        for mode, _ in MODES:
+        for mode, _ in QUALITIES:
             color = (*(single(draw, 0.0, 1.0) for _ in range(3)), 1.0)
-            inputs = {"Model": kind.name, "Mode": mode, "Color": color, "Roughness": single(draw, 0.0, 1.5)}
+            inputs = {"Model": kind.name, "Quality": mode, "Color": color, "Roughness": single(draw, 0.0, 1.5)}
             made.append(materials.create("Rough", ROUGH_DIFFUSE, IOR=single(draw, 1.0, 3.0), **inputs))
     for method in METHODS:
-        inputs = {"Mean Free Path": tuple(single(draw, 0.0, 9.0) for _ in range(3)), "Scale": single(draw, 0.0, 1e-6)}
+        inputs = {"Subsurface Radius": tuple(single(draw, 0.0, 9.0) for _ in range(3)), "Scale": single(draw, 0.0, 1e-6)}
         made.append(materials.create("Below", SUBSURFACE, Method=method, Subsurface=single(draw, 0.0, 1.0), **inputs))
-    for mode in ("Lobe", "Lamps"):
+    for mode in ("Balanced", "Exact for Chosen Lights"):
         inputs = {"Specular": single(draw, 0.0, 1.0), "Exponent": single(draw, 0.0, 900.0)}
-        made.append(materials.create("Shiny", SPECULAR_GROUP, Mode=mode, **inputs))
+        made.append(materials.create("Shiny", SPECULAR_GROUP, Quality=mode, **inputs))
     made += [materials.create(preset.name, SUBSURFACE, **preset.inputs) for preset in presets.PRESETS.values()]
     for index, material in enumerate(made):
         material.name = f"M{index}"

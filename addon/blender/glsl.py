@@ -24,7 +24,7 @@ BEFORE: Mapping[str, tuple[str, ...]] = {  # what a file of shaders/ needs inclu
     "albedo": ("geometry", "fujii", "eon", "wolff"),
     "coat": ("geometry", "wolff"),
     "burley": ("geometry",),
-    "lamps": (),
+    "lights": (),
 }
 
 

@@ -10,9 +10,9 @@ def drop_deleted(_scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph) -> No
     global count
     before, count = count, len(bpy.data.objects)
     if count < before:
-        from ..nodes import lamps
+        from ..nodes import chosen_lights
 
-        lamps.drop_deleted()
+        chosen_lights.drop_deleted()
 
 
 count = 0  # objects of the file at the last call

@@ -37,7 +37,7 @@ module = sys.modules["true_diffuse"] = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(module)
 import bpy
 bpy.ops.wm.read_factory_settings(use_empty=True)
-from true_diffuse.addon import assets
+from true_diffuse.addon.material import assets
 assets.write(Path({folder!r}))
 """
 

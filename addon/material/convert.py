@@ -20,6 +20,7 @@ import bpy
 
 from ..blender import fcurves
 from ..closures import subsurface_fit
+from ..closures.quality import BALANCED
 from ..closures.subsurface_fit import Fed
 from ..nodes import ROUGH_DIFFUSE, SUBSURFACE, Group
 from ..nodes.graph import STAMP
@@ -97,7 +98,7 @@ def is_on(socket: bpy.types.NodeSocket) -> bool:
 
 def diffuse(node: bpy.types.Node, _meter: float, mode: str) -> Plan:
     """Return what takes the place of a Diffuse BSDF."""
-    plan = Plan(ROUGH_DIFFUSE, {"Mode": mode})
+    plan = Plan(ROUGH_DIFFUSE, {"Quality": mode})
     plan.take(node.inputs["Color"], "Color")
     _rough(plan, node.inputs["Roughness"])
     plan.take(node.inputs["Normal"], "Normal")
@@ -131,7 +132,7 @@ def principled(node: bpy.types.Node, meter: float, mode: str) -> Plan:
     scatters, mirrors = is_on(inputs["Subsurface Weight"]), is_on(inputs["Specular IOR Level"])
     plan = Plan(SUBSURFACE if scatters or mirrors else ROUGH_DIFFUSE)
     if plan.group is ROUGH_DIFFUSE:
-        plan.values["Mode"] = mode
+        plan.values["Quality"] = mode
         plan.take(inputs["Base Color"], "Color")
     else:
         plan.take(inputs["Subsurface Weight"], "Subsurface")
@@ -217,9 +218,9 @@ def _medium(
     factors = tuple(factor / feed(value).radius for value in reached)
     source = source_of(radius)
     if source:
-        plan.feeds["Mean Free Path"] = Feed(source, factors)
+        plan.feeds["Subsurface Radius"] = Feed(source, factors)
     else:
-        plan.values["Mean Free Path"] = tuple(a * b for a, b in zip(radius.default_value, factors, strict=True))
+        plan.values["Subsurface Radius"] = tuple(a * b for a, b in zip(radius.default_value, factors, strict=True))
 
 
 def medium_color(feed: Callable[[float], Fed], color: float) -> float:
@@ -244,7 +245,7 @@ PLANS: Mapping[str, Callable[[bpy.types.Node, float, str], Plan]] = {
 def convert_materials(
     materials: Iterable[bpy.types.Material],
     meter: float,
-    mode: str = "Lobes",
+    mode: str = BALANCED,
     chosen: Callable[[bpy.types.Node], bool] = lambda _node: True,
 ) -> Report:
     """Convert the nodes that the outputs of `materials` show, those that are `chosen`; returns what was done.
@@ -267,7 +268,7 @@ def convert_materials(
 
 
 def convert_nodes(
-    tree: bpy.types.ShaderNodeTree, nodes: Iterable[bpy.types.Node], meter: float, mode: str = "Lobes"
+    tree: bpy.types.ShaderNodeTree, nodes: Iterable[bpy.types.Node], meter: float, mode: str = BALANCED
 ) -> tuple[int, list[str]]:
     """Convert `nodes` of `tree`; returns how many were, and lines about those that were not or lost something."""
     count, lines = 0, []

@@ -86,7 +86,7 @@ def _preset(
 ) -> Preset:
     inputs = {
         "Color": (*color, 1.0),
-        "Mean Free Path": mean_free_path,
+        "Subsurface Radius": mean_free_path,
         "IOR": ior,
         "Specular": coat[0],
         "Specular Roughness": coat[1],

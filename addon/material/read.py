@@ -18,7 +18,7 @@ DEFAULT_UV, DEFAULT_COLOR = "st", "displayColor"  # what Blender calls the UV ma
 # Sockets whose textures and attributes are carried; those of other sockets leave the socket's own value.
 CARRIED = {
     ROUGH_DIFFUSE.key: ("Color", "Roughness"),
-    SUBSURFACE.key: ("Color", "Roughness", "Subsurface", "Mean Free Path", "Specular", "Specular Roughness"),
+    SUBSURFACE.key: ("Color", "Roughness", "Subsurface", "Subsurface Radius", "Specular", "Specular Roughness"),
     SPECULAR_GROUP.key: ("Color",),
 }
 NUMBERS = {"Roughness", "Subsurface", "Specular", "Specular Roughness"}

@@ -16,6 +16,7 @@ from ..closures.lobe import CYCLES as CYCLES_LOBES
 from ..closures.lobe import PAIR, SIGNED, SINGLE
 from ..closures.lobe_error import lobe_error
 from ..closures.lobes import Rendered
+from ..closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from ..models import CyclesDiffuse, Eon, Fujii, Lambert, Model, OrenNayar, OrenNayar1994, Pits, Specular, Wolff
 from ..nodes import GROUPS, SPECULAR_GROUP, SUBSURFACE
 from ..nodes.graph import stamp_of
@@ -31,11 +32,11 @@ MODELS: Mapping[str, Callable[[float, float], Model]] = {
     "Cycles Diffuse": lambda roughness, _ior: CyclesDiffuse(roughness),
     "Oren-Nayar 1994": lambda roughness, _ior: OrenNayar1994(roughness),
     "Wolff": lambda _roughness, ior: Wolff(ior),
-    "Pits": lambda _roughness, _ior: Pits(),
+    "Pitted (Koenderink)": lambda _roughness, _ior: Pits(),
 }
-WITHOUT_LAMPS = {"Lambert", "Pits"}  # the mode Lamps is made of lobes there
+WITHOUT_LAMPS = {"Lambert", "Pitted (Koenderink)"}  # the mode Lamps is made of lobes there
 EXACT_IN_OSL = {"Lambert", "Fujii", "EON", "Cycles Diffuse"}
-SCHEMES = {"Lobes": PAIR, "Lamps": PAIR, "Single": SINGLE, "Signed": SIGNED}  # of EEVEE
+SCHEMES = {BALANCED: PAIR, CHOSEN_LIGHTS: PAIR, FAST: SINGLE, PRECISE: SIGNED}  # of EEVEE
 EEVEE_MOST = 8.0  # the most that EEVEE keeps of a closure's color, in 10 bits and an exponent of 2
 DRAWN = {"Color"}  # sockets of which Realtime draws what feeds them
 ORDER = 6  # of the quadrature: two digits of the error, in 25 ms at most, as a panel is drawn while a slider moves
@@ -73,7 +74,7 @@ class Claim:
     @property
     def mode(self) -> str:
         """How it is made: the Mode, of Subsurface the Method; empty where there is no choice."""
-        return str(self.inputs.get("Mode") or self.inputs.get("Method") or "")
+        return str(self.inputs.get("Quality") or self.inputs.get("Method") or "")
 
     @property
     def model(self) -> Model:
@@ -93,7 +94,7 @@ class Claim:
     @property
     def follows_lamps(self) -> bool:
         """Whether the chosen lamps decide."""
-        return self.mode == "Lamps" and self.inputs.get("Model") not in WITHOUT_LAMPS
+        return self.mode == CHOSEN_LIGHTS and self.inputs.get("Model") not in WITHOUT_LAMPS
 
     @property
     def is_cut_off(self) -> bool:
@@ -161,7 +162,7 @@ def stated_error(claim: Claim, scene: bpy.types.Scene) -> str:
     if claim.has_osl and uses_osl(scene):
         words = "Rough part: exact, by OSL" if is_below else "Exact, by OSL"
         return words if claim.inputs["Model"] in EXACT_IN_OSL else ""
-    if claim.fed & {"Mode", "IOR" if claim.inputs["Model"] == "Wolff" else "Roughness"}:
+    if claim.fed & {"Quality", "IOR" if claim.inputs["Model"] == "Wolff" else "Roughness"}:
         return ""  # it may differ from place to place
     error = _lobe_error(str(claim.inputs["Model"]), claim.number("Roughness"), claim.number("IOR"), scheme)
     part = "Rough part: " if is_below else ""

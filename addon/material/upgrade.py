@@ -11,7 +11,7 @@ import bpy
 
 from ..blender import fcurves
 from ..blender.id_properties import AS_BUILT, STAMP
-from ..nodes import GROUPS, Group, lamps
+from ..nodes import GROUPS, Group, chosen_lights
 from ..nodes.graph import fingerprint, stamp_of
 
 
@@ -73,8 +73,8 @@ def upgrade() -> Report:
         report.lines += [f"{name} {words}" for words in _upgrade(old)]
         if old.owner.name not in report.upgraded:
             report.upgraded.append(old.owner.name)
-    if lights and report.upgraded and lights != _chosen_lamps(lamps.LAMPS.stamp):
-        lamps.choose(lights)
+    if lights and report.upgraded and lights != _chosen_lamps(chosen_lights.LAMPS.stamp):
+        chosen_lights.choose(lights)
     return report
 
 
@@ -124,7 +124,7 @@ def _chosen_lamps(stamp: str = "") -> list[bpy.types.Object]:
     """Return the lights that the mode Lamps follows in the file, in its groups of one `stamp` or in those of any version."""
     for tree in bpy.data.node_groups:
         own = str(tree.get(STAMP, ""))
-        if own.startswith(stamp or f"{lamps.LAMPS.key}/") and tree.library is None and tree.animation_data:
+        if own.startswith(stamp or f"{chosen_lights.LAMPS.key}/") and tree.library is None and tree.animation_data:
             drivers = [curve.driver for curve in tree.animation_data.drivers]
             found = {target.id: None for driver in drivers for variable in driver.variables for target in variable.targets}
             return [item for item in found if isinstance(item, bpy.types.Object)]

@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 from ..closures.lobe import CYCLES, GRAZING, PAIR, SIGNED, SINGLE
 from ..closures.lobe_table import TABLE
+from ..closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from ..models.fujii import K1
+from .chosen_lights import L, weighed
 from .graph import COLOR, Graph, Group, Number, Socket, Value
-from .lamps import L, weighed
 from .rough_models import IOR, ROUGHNESS, Kind, Lamp, N, Surface, Terms, cycles_diffuse, eon, fujii, oren_nayar
 from .schemes import AWAY_LOBE, LOBE_PAIR, ONCE, SIGNED_LOBES, SIGNED_LOBES_UNDER, SINGLE_LOBE
 
@@ -166,7 +167,7 @@ EON_CHANNELS = Group(
 def build_model(graph: Graph, kind: Kind) -> dict[str, Value]:
     surface = Surface(graph)
     closures = modes(surface, kind.terms(surface), kind)
-    return {"Lobes": closures.lobes, "Single": closures.single, "Signed": closures.signed, "Lamps": closures.lamps}
+    return {BALANCED: closures.lobes, FAST: closures.single, PRECISE: closures.signed, CHOSEN_LIGHTS: closures.lamps}
 
 
 def build_gain(graph: Graph, gain: Callable[[Lamp], Value]) -> dict[str, Value]:

@@ -6,21 +6,22 @@ shaders/rough_diffuse.osl takes their place. Menus select before anything is com
 """
 
 from ..blender.osl import compiles_osl
+from ..closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from .graph import COLOR, NORMAL, Graph, Group, Operand, Socket, Value
 from .rough_closures import model_group
 from .rough_models import IOR, KINDS, ROUGHNESS, cycles_diffuse, pits, wolff
 
 SHADER = "rough_diffuse"
 MODEL = Socket("Model", "NodeSocketMenu", "Law of reflection", "Oren-Nayar")
-MODE = Socket("Mode", "NodeSocketMenu", "How the model is made of what the engine offers", "Lobes")
-MODES = (
-    ("Lobes", "Every light, shadow and bounce, without noise of its own"),
-    ("Single", "EEVEE: a single lobe, the fastest and farthest from the model. Cycles: as Lobes"),
+QUALITY = Socket("Quality", "NodeSocketMenu", "How the model is made of what the engine offers", BALANCED)
+QUALITIES = (
+    (BALANCED, "Every light, shadow and bounce, without noise of its own"),
+    (FAST, "EEVEE: a single lobe, the fastest and farthest from the model. Cycles: as Lobes"),
     (
-        "Signed",
+        PRECISE,
         "EEVEE: the nearest to the model under every light, for several times the time, and a long wait at first. Cycles: as Lobes",
     ),
-    ("Lamps", "Exact for up to four lamps: select them, then Object > Choose Lamps. Lambert and Pits: as Lobes"),
+    (CHOSEN_LIGHTS, "Exact for up to four lamps: select them, then Object > Choose Lamps. Lambert and Pits: as Lobes"),
 )
 
 
@@ -30,20 +31,22 @@ def build(graph: Graph) -> dict[str, Value]:
     cases = []
     for index, kind in enumerate(KINDS):
         closures = graph.group(model_group(kind), Color=color, Roughness=roughness, IOR=ior, N=n)
-        items: dict[str, tuple[str, Operand]] = {name: ("SHADER", closures[name]) for name, _ in MODES}
+        items: dict[str, tuple[str, Operand]] = {name: ("SHADER", closures[name]) for name, _ in QUALITIES}
         items |= {"Index": ("FLOAT", float(index)), "Lobes Only": ("FLOAT", float(kind.one_lamp is None))}
         cases.append((kind.name, kind.description, graph.bundle(items)))
     chosen = graph.menu(graph.input(MODEL), "BUNDLE", cases)
     parts = graph.unbundle(chosen, {name: kind for name, (kind, _) in items.items()})
-    shown = {name: parts[name] for name, _ in MODES}
+    shown = {name: parts[name] for name, _ in QUALITIES}
     if compiles_osl():
         inputs = {"Model": parts["Index"], "Roughness": roughness, "IOR": ior, "Normal": n}
         osl = graph.script(SHADER, Color=color, **inputs)
         here = graph.uses_osl() if _gains(graph, parts["Index"], roughness) else 0.0
         # what has no form for a lamp is made of lobes there, too
         lobes_only = here * parts["Lobes Only"]
-        shown = {name: graph.mix_shader(lobes_only if name == "Lamps" else here, shader, osl) for name, shader in shown.items()}
-    return {"BSDF": graph.menu(graph.input(MODE), "SHADER", [(name, text, shown[name]) for name, text in MODES])}
+        shown = {
+            name: graph.mix_shader(lobes_only if name == CHOSEN_LIGHTS else here, shader, osl) for name, shader in shown.items()
+        }
+    return {"BSDF": graph.menu(graph.input(QUALITY), "SHADER", [(name, text, shown[name]) for name, text in QUALITIES])}
 
 
 def _gains(graph: Graph, index: Operand, roughness: Operand) -> bool:
@@ -62,6 +65,6 @@ ROUGH_DIFFUSE = Group(
     label="Rough Diffuse",
     version=1,
     description="Rough diffuse reflection: chalk, clay, plaster, felt, dusty skin",
-    inputs=(MODEL, MODE, COLOR, ROUGHNESS, IOR, NORMAL),
+    inputs=(MODEL, QUALITY, COLOR, ROUGHNESS, IOR, NORMAL),
     build=build,
 )

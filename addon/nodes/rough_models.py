@@ -304,5 +304,5 @@ KINDS = (
         wolff,
         OneLamp(wolff_under, wolff_albedo),
     ),
-    Kind("Pits", "A surface of nothing but round pits, after Koenderink: brightest towards the light", pits),
+    Kind("Pitted (Koenderink)", "A surface of nothing but round pits, after Koenderink: brightest towards the light", pits),
 )

@@ -14,17 +14,18 @@ stays, fainter, where its lamp is in shadow. EEVEE keeps colors up to 8 times wh
 
 import math
 
+from ..closures.quality import BALANCED, CHOSEN_LIGHTS
 from ..models.blinn_phong import BELOW
+from .chosen_lights import L, weighed
 from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
-from .lamps import L, weighed
 from .rough_models import N
 
 LEAST = 1e-12  # of a squared length
 
-MODE = Socket("Mode", "NodeSocketMenu", "How the highlight is made of what the engine offers", "Lobe")
-MODES = (
-    ("Lobe", "A microfacet lobe stands in: every light, shadow and bounce"),
-    ("Lamps", "Exact for up to four lamps, which alone have highlights: select them, then Object > Choose Lamps"),
+QUALITY = Socket("Quality", "NodeSocketMenu", "How the highlight is made of what the engine offers", BALANCED)
+QUALITIES = (
+    (BALANCED, "A microfacet lobe stands in: every light, shadow and bounce"),
+    (CHOSEN_LIGHTS, "Exact for up to four lamps, which alone have highlights: select them, then Object > Choose Lamps"),
 )
 SPECULAR = Socket("Specular", "NodeSocketFloat", "Weight k_s of the highlight, without Fresnel", 0.06, 0.0, 1.0, subtype="FACTOR")
 EXPONENT = Socket(
@@ -35,8 +36,8 @@ EXPONENT = Socket(
 def build(graph: Graph) -> dict[str, Value]:
     normal = graph.normal()
     mu = graph.clamp(graph.dot(normal, graph.geometry("Incoming")), 0.0, 1.0)
-    shown = {"Lobe": lobe(graph, normal, mu), "Lamps": under_lamps(graph, normal, mu)}
-    return {"BSDF": graph.menu(graph.input(MODE), "SHADER", [(name, text, shown[name]) for name, text in MODES])}
+    shown = {BALANCED: lobe(graph, normal, mu), CHOSEN_LIGHTS: under_lamps(graph, normal, mu)}
+    return {"BSDF": graph.menu(graph.input(QUALITY), "SHADER", [(name, text, shown[name]) for name, text in QUALITIES])}
 
 
 def lobe(graph: Graph, normal: Value, mu: Value) -> Value:
@@ -98,6 +99,6 @@ SPECULAR_GROUP = Group(
     label="Standard Specular",
     version=2,
     description="Standard specular: a highlight of fixed weight over a Lambert base, as games used to shade",
-    inputs=(MODE, COLOR, SPECULAR, EXPONENT, NORMAL),
+    inputs=(QUALITY, COLOR, SPECULAR, EXPONENT, NORMAL),
     build=build,
 )

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ..closures.coat import GRAZING, HEAD_ON, SLOPE
+from ..closures.quality import FAST
 from ..closures.subsurface_fit import (
     BEAM,
     DARKENING,
@@ -47,7 +48,7 @@ WEIGHT = Socket(
     subtype="FACTOR",
 )
 MEAN_FREE_PATH = Socket(
-    "Mean Free Path",
+    "Subsurface Radius",
     "NodeSocketVector",
     "How far light goes between two scatterings, for red, green and blue, in millimetres: 1 / sigma_t'",
     (1.3, 0.95, 0.67),  # Skin 1 of Jensen and others (2001)
@@ -173,7 +174,7 @@ def build(graph: Graph) -> dict[str, Value]:
     rough = graph.group(
         ROUGH_DIFFUSE,
         Model=graph.input(MODEL),
-        Mode="Single",  # EEVEE's Lobes take the place of its Subsurface closure
+        Quality=FAST,  # EEVEE's Lobes take the place of its Subsurface closure
         Color=graph.input(COLOR),
         Roughness=graph.input(ROUGHNESS),
         IOR=graph.input(IOR),

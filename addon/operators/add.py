@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from .shown import refused_in_editor
+from .context import refused_in_editor
 
 if TYPE_CHECKING:
     from ..material.materials import Setting

@@ -3,8 +3,8 @@
 
 import bpy
 
+from .context import material_of, node_of
 from .presets import PicksPreset
-from .shown import material_of, node_of
 
 
 class TRUE_DIFFUSE_OT_apply_preset(PicksPreset, bpy.types.Operator):

@@ -5,14 +5,15 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from .shown import refused_in_editor
+from ..closures.quality import BALANCED, PRECISE
+from .context import refused_in_editor
 
 if TYPE_CHECKING:
     from ..material.convert import Report
 
 MODES = (
-    ("Lobes", "Lobes", "EEVEE is near Cycles, for little more render time"),
-    ("Signed", "Signed", "EEVEE is nearest to Cycles, for three times the render time and a long wait at first"),
+    (BALANCED, BALANCED, "EEVEE is near Cycles, for little more render time"),
+    (PRECISE, PRECISE, "EEVEE is nearest to Cycles, for three times the render time and a long wait at first"),
 )
 
 
@@ -22,7 +23,7 @@ class Converts(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     mode: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
-        name="Mode", description="How EEVEE makes rough reflection without a highlight", items=MODES
+        name="Quality", description="How EEVEE makes rough reflection without a highlight", items=MODES
     )
 
     def tell(self, report: "Report") -> set[str]:
@@ -96,7 +97,7 @@ class TRUE_DIFFUSE_OT_match_engines(Converts):
     bl_label = "Match EEVEE to Cycles"
 
     mode: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
-        name="Mode", description="How EEVEE makes rough reflection without a highlight", items=MODES, default="Signed"
+        name="Quality", description="How EEVEE makes rough reflection without a highlight", items=MODES, default=PRECISE
     )
 
     @classmethod

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from .shown import material_of
+from .context import material_of
 
 if TYPE_CHECKING:
     from ..probe.measurement import Finding

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import bpy
 
+from .context import material_of
 from .measure import measure
-from .shown import material_of
 
 
 class TRUE_DIFFUSE_OT_use_tolerance(bpy.types.Operator):

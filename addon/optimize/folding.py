@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 
 import bpy
 
+from ..nodes.chosen_lights import LAMPS, SLOTS
 from ..nodes.graph import NORMAL, Graph, Group, Operand, Socket, Value
-from ..nodes.lamps import LAMPS, SLOTS
 from ..nodes.subsurface import MEAN_FREE_PATH
 from . import arithmetic
 from .arithmetic import Plain

@@ -4,7 +4,7 @@
 import bpy
 
 from ..blender.id_properties import LEAST_FOR
-from .optimize import group_nodes, restore_node
+from .materials import group_nodes, restore_node
 from .usage import scenes_of, serves, still_right, unpacked
 
 

@@ -39,7 +39,7 @@ def _reasons(key: str, use: Use) -> Iterator[str]:
             yield "rough reflection (Subsurface is 1)"
         if specular is not None and specular < LEAST:
             yield "coat (Specular is 0)"
-    if sigma is not None and sigma < LEAST and model not in ("Lambert", "Wolff", "Pits"):
+    if sigma is not None and sigma < LEAST and model not in ("Lambert", "Wolff", "Pitted (Koenderink)"):
         yield "lobes (Roughness is 0: one Lambert closure)"
     if _black(use.inputs.get("Color")):
         yield "diffuse closures (Color is black)"

@@ -8,9 +8,10 @@ from dataclasses import asdict
 import bpy
 
 from ..blender.engines import EEVEE, uses_osl
-from ..nodes import lamps
+from ..closures.quality import CHOSEN_LIGHTS
+from ..nodes import chosen_lights
 from ..nodes.graph import stamp_of
-from ..nodes.rough_diffuse import MODE
+from ..nodes.rough_diffuse import QUALITY
 from ..nodes.subsurface import COLOR, MEAN_FREE_PATH, SCALE, SUBSURFACE, WEIGHT
 from .arithmetic import Plain
 from .blur import is_flat
@@ -83,9 +84,9 @@ def shines(light: bpy.types.Object | None, scene: bpy.types.Scene) -> bool:
 def use_of(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Scene]) -> Use:
     """Return what is known ahead of a group's node that is rendered in `scenes`, one or more."""
     inputs = plain_inputs(owner, node)
-    lit = (True,) * lamps.SLOTS
-    if inputs.get(MODE.name) == "Lamps":
-        lit = tuple(any(shines(light, scene) for scene in scenes) for light in lamps.slots())
+    lit = (True,) * chosen_lights.SLOTS
+    if inputs.get(QUALITY.name) == CHOSEN_LIGHTS:
+        lit = tuple(any(shines(light, scene) for scene in scenes) for light in chosen_lights.slots())
     return Use(
         inputs,
         _same(map(in_eevee, scenes)),
@@ -135,7 +136,7 @@ def serves(use: Use, owner: Owner, scene: bpy.types.Scene) -> bool:
     if any(known is not None and known != ask(scene) for known, ask in settled):
         return False
     if not all(use.shining):
-        dark = [light for light, lit in zip(lamps.slots(), use.shining, strict=True) if not lit]
+        dark = [light for light, lit in zip(chosen_lights.slots(), use.shining, strict=True) if not lit]
         if any(shines(light, scene) for light in dark):
             return False
     return not use.flat or flat_in(use.inputs, owner, [scene], now=True)

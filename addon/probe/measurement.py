@@ -26,8 +26,8 @@ from ..measure import render
 from ..measure.record import Progress
 from ..models.quadrature import NORMAL
 from ..models.vector import from_polar
-from ..nodes import SPECULAR_GROUP, SUBSURFACE, lamps
-from ..optimize.optimize import restore_node
+from ..nodes import SPECULAR_GROUP, SUBSURFACE, chosen_lights
+from ..optimize.materials import restore_node
 
 LIGHT_DEGREES = (0.0, 30.0, 60.0, 90.0, 120.0)  # between light and viewer
 SIZE = 96  # pixels across the sphere where the error is measured
@@ -157,7 +157,7 @@ def check(material: bpy.types.Material | None, scene: bpy.types.Scene) -> tuple[
     black = max(claim.rgb("Color")) < LEAST and not (claim.group == SPECULAR_GROUP.key and claim.number("Specular") >= LEAST)
     if black:
         raise Refused("The material is black: there is nothing to compare")
-    if claim.follows_lamps and lamps.LAMPS.trees(linked=True):
+    if claim.follows_lamps and chosen_lights.LAMPS.trees(linked=True):
         raise Refused("Mode Lamps of a material linked from another file follows the lamps chosen there: it cannot be measured")
     try:
         render.openimageio()
@@ -176,7 +176,7 @@ def measure(material: bpy.types.Material, scene: bpy.types.Scene, progress: Prog
     with _workshop() as bench:
         bench.cycles.shading_system = setup.osl
         sphere = sphere_under_sun(SIZE, bench)
-        with lamps.following([sphere.sun]) if claim.follows_lamps else nullcontext():
+        with chosen_lights.following([sphere.sun]) if claim.follows_lamps else nullcontext():
             shown = _copy(material)
             if is_slab:
                 errors = _slab_errors(shown, claim, setup, scene.unit_settings.scale_length, progress)
@@ -202,7 +202,7 @@ def _slab_errors(shown: bpy.types.Material, claim: Claim, setup: Setup, scale_le
     """Return the errors of the color shown at VIEW_MUS, under a sun from above, without the coat, which would mirror the sun."""
     node = _node(shown)
     coat, node.inputs["Specular"].default_value = node.inputs["Specular"].default_value, 0.0
-    longest = max(max(claim.rgb("Mean Free Path")) * claim.number("Scale"), 1e-3)
+    longest = max(max(claim.rgb("Subsurface Radius")) * claim.number("Scale"), 1e-3)
     scene = bpy.data.scenes.new("True Diffuse Slab")
     scene.cycles.shading_system = setup.osl
     body = slab(HALF_SPACE * longest, scale_length=scale_length, scene=scene)

@@ -7,6 +7,7 @@ from typing import Any
 import bpy
 
 from ..blender.engines import CYCLES, EEVEE, REALTIME, uses_osl
+from ..closures.quality import CHOSEN_LIGHTS
 from ..material.materials import materials_of, refusal
 from ..material.read import group_node
 from ..material.summary import Claim, claim_of, engine_of
@@ -64,7 +65,7 @@ def _choice(scene: bpy.types.Scene, report: Mapping[str, Any], claim: Claim, sha
         roughness=0.0 if is_below else claim.number("Roughness"),
         group=claim.group,
         osl=engine is CYCLES and uses_osl(scene) and not is_below,
-        leave_out=() if claim.follows_lamps else ("Lamps",),
+        leave_out=() if claim.follows_lamps else (CHOSEN_LIGHTS,),
     )
 
 
@@ -76,8 +77,8 @@ def _set_mode(material: bpy.types.Material, choice: Choice) -> bool:
     inputs = found[0].inputs
     if choice.mode is None:
         return True
-    if "Mode" in inputs:
-        inputs["Mode"].default_value = choice.mode
+    if "Quality" in inputs:
+        inputs["Quality"].default_value = choice.mode
     elif choice.engine == CYCLES.key:  # EEVEE has one method, whatever the menu says
         inputs["Method"].default_value = choice.mode
     return True

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..closures.quality import CHOSEN_LIGHTS
 from ..measure.record import LABELS
 
 VERSION = 1
@@ -47,7 +48,7 @@ class Choice:
     @property
     def way(self) -> str:
         """The mode, or OSL, or that it is the model's GLSL, in words."""
-        return "OSL" if self.osl and self.mode != "Lamps" else self.mode or "GLSL"
+        return "OSL" if self.osl and self.mode != CHOSEN_LIGHTS else self.mode or "GLSL"
 
 
 def read_report(path: Path, here: Mapping[str, Any]) -> Mapping[str, Any]:

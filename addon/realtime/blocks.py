@@ -42,7 +42,7 @@ def lamp(
     across: Sequence[float] = (0.0, 0.0, 0.0),
     up: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> bytes:
-    """Return the struct Lamp of shaders/lamps.glsl; the arguments are as lamps.Lamp has them."""
+    """Return the struct Lamp of shaders/lights.glsl; the arguments are as lights.Lamp has them."""
     number = float(KINDS.index(kind))
     return struct.pack("20f", *place, number, *towards, edge, *strength, fade, *across, 0.0, *up, 0.0)
 

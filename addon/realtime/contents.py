@@ -10,8 +10,8 @@ from mathutils import Matrix
 
 from ..material.read import Names, feeding, read_color, read_number
 from ..material.surface import Rgb
-from .lamps import Lamp, lamp_of
 from .layers import Layer
+from .lights import Lamp, lamp_of
 from .materials import Look, look_of
 from .meshes import Mesh, is_sound
 from .program import MOST_LAMPS, Light, Variant

@@ -11,7 +11,7 @@ from threading import RLock
 import gpu
 
 from ..blender.glsl import triangle
-from . import lamps as lamp_data
+from . import lights as lamp_data
 from . import shadows
 from .contents import Contents, Part
 from .extent import Extent

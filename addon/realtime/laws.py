@@ -82,5 +82,5 @@ LAWS: Mapping[str, Law] = {  # by the entries of the menu Model
     "Cycles Diffuse": _law("EonSurface", "cycles_diffuse", _eon, "xyz"),
     "Oren-Nayar 1994": _law("OrenNayar1994Surface", "oren_nayar_1994", _oren_nayar_1994, "xyz"),
     "Wolff": _law("WolffSurface", "wolff", _wolff, "xy"),
-    "Pits": _law("PitsSurface", "pits", _nothing),
+    "Pitted (Koenderink)": _law("PitsSurface", "pits", _nothing),
 }

@@ -135,7 +135,7 @@ def _ours(surface: Surface, meter: float) -> Look:
     if surface.group != SUBSURFACE.key:
         return Look(law, color, law.fold(numbers))
     scale = max(0.0, numbers["Scale"]) * MILLIMETER * meter
-    red, green, blue = (max(0.0, length) * scale for length in surface.rgb("Mean Free Path"))
+    red, green, blue = (max(0.0, length) * scale for length in surface.rgb("Subsurface Radius"))
     weight = min(max(0.0, numbers["Subsurface"]), 1.0)
     coat = (min(max(0.0, numbers["Specular"]), 1.0), min(max(0.0, numbers["Specular Roughness"]), 1.0), numbers["IOR"])
     return Look(law, color, law.fold(numbers), coat, (red, green, blue, weight))

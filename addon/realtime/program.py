@@ -13,7 +13,7 @@ from ..blender.glsl import COVERING, SHADERS, source
 from .laws import LAMBERT, Law
 
 MOST_LAMPS = 64
-KINDS = ("SUN", "POINT", "SPOT", "AREA")  # as Blender calls them, in the order of shaders/lamps.glsl
+KINDS = ("SUN", "POINT", "SPOT", "AREA")  # as Blender calls them, in the order of shaders/lights.glsl
 STRUCTS = {
     "View": "mat4 projection; vec4 camera; vec4 world;",
     "Material": "vec4 color; vec4 shape; vec4 coat; vec4 scattering;",
@@ -97,7 +97,7 @@ def surface(variant: Variant) -> Program:
         if used:
             defines.append(name)
             stems += needs
-    comment, rest = source("lamps").split("struct Lamp {", 1)
+    comment, rest = source("lights").split("struct Lamp {", 1)
     members, functions = rest.split("};", 1)  # the struct is declared ahead, for the blocks
     kind = next(iter(light.kinds)) if len(light.kinds) == 1 else "lamp.place.w"  # what is the same for all is not looked up
     lines = [f"#define {name}" for name in (*defines, f"KIND(lamp) {kind}")]

@@ -10,7 +10,7 @@ from mathutils import Matrix, Vector
 
 from .blocks import columns
 from .extent import Extent
-from .lamps import Lamp
+from .lights import Lamp
 from .program import MOST_LAMPS
 from .view import View
 

@@ -9,10 +9,10 @@ import bpy.utils.previews
 
 from ..operators.add import TRUE_DIFFUSE_OT_add_group
 from ..operators.convert import TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes, TRUE_DIFFUSE_OT_match_engines
-from ..operators.lamps import TRUE_DIFFUSE_OT_choose_lamps
+from ..operators.lights import TRUE_DIFFUSE_OT_choose_lamps
+from ..operators.optimize import TRUE_DIFFUSE_OT_restore, TRUE_DIFFUSE_OT_simplify
 from ..operators.presets import TRUE_DIFFUSE_OT_add_preset, TRUE_DIFFUSE_OT_assign_preset
 from ..operators.scene import TRUE_DIFFUSE_OT_build_comparison
-from ..operators.simplify import TRUE_DIFFUSE_OT_restore, TRUE_DIFFUSE_OT_simplify
 from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
 
 if TYPE_CHECKING:

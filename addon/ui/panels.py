@@ -8,12 +8,12 @@ import bpy
 
 from ..blender.id_properties import LEAST_FOR
 from ..operators.apply import TRUE_DIFFUSE_OT_apply_preset
+from ..operators.context import material_of, node_of
 from ..operators.convert import TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes
-from ..operators.lamps import TRUE_DIFFUSE_OT_choose_lamps, TRUE_DIFFUSE_OT_toggle_lamp
+from ..operators.lights import TRUE_DIFFUSE_OT_choose_lamps, TRUE_DIFFUSE_OT_toggle_lamp
 from ..operators.measure import TRUE_DIFFUSE_OT_measure, findings
+from ..operators.optimize import TRUE_DIFFUSE_OT_restore, TRUE_DIFFUSE_OT_simplify
 from ..operators.presets import SHADED
-from ..operators.shown import material_of, node_of
-from ..operators.simplify import TRUE_DIFFUSE_OT_restore, TRUE_DIFFUSE_OT_simplify
 from ..operators.tolerance import TRUE_DIFFUSE_OT_use_tolerance
 from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
 from . import menus, plots
@@ -231,22 +231,22 @@ def draw_accuracy(
 
 def draw_lamps(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
     """Draw the scene's lights to pick from."""
-    from ..nodes import lamps
+    from ..nodes import chosen_lights
 
-    chosen = lamps.chosen()
+    chosen = chosen_lights.chosen()
     lights = [item for item in scene.objects if item.type == "LIGHT"]
-    layout.label(text=f"{len(chosen)} of up to {lamps.SLOTS} followed" if lights else "The scene has no light")
+    layout.label(text=f"{len(chosen)} of up to {chosen_lights.SLOTS} followed" if lights else "The scene has no light")
     column = layout.column(align=True)
     for light in lights:
         is_chosen = light in chosen
         row = column.row()
-        row.enabled = is_chosen or len(chosen) < lamps.SLOTS
+        row.enabled = is_chosen or len(chosen) < chosen_lights.SLOTS
         icon = "CHECKBOX_HLT" if is_chosen else "CHECKBOX_DEHLT"
         row.operator(TRUE_DIFFUSE_OT_toggle_lamp.bl_idname, text=light.name, icon=icon, depress=is_chosen).light = light.name
     for light in chosen:
         if light not in lights:
             column.label(text=f"{light.name} is not in this scene", icon="ERROR")
-    if lamps.LAMPS.trees(linked=True):
+    if chosen_lights.LAMPS.trees(linked=True):
         layout.label(text="Linked materials keep theirs", icon="LINKED")
     layout.operator(TRUE_DIFFUSE_OT_choose_lamps.bl_idname)
 

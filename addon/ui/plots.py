@@ -147,7 +147,7 @@ def _profiles(claim: "Claim") -> list:
     from ..closures.subsurface_fit import edge_width
     from ..models import EDGE_WIDTH_25_75, Burley
 
-    lengths, scale = claim.rgb("Mean Free Path"), claim.number("Scale")
+    lengths, scale = claim.rgb("Subsurface Radius"), claim.number("Scale")
     colors = claim.rgb("Color")
     return [Burley(length * scale * edge_width(color) / EDGE_WIDTH_25_75) for length, color in zip(lengths, colors, strict=True)]
 

@@ -61,7 +61,7 @@ class _Builder:
             "ND_subsurface_bsdf",
             TOKEN,
             color=self.color("Color", lambda rho: clamp(rho, 0.0, 1.0)),
-            radius=self.color("Mean Free Path", lambda length: scale * max(length, 0.0)),
+            radius=self.color("Subsurface Radius", lambda length: scale * max(length, 0.0)),
         )
         base = add("base", "ND_mix_bsdf", TOKEN, fg=scattered, bg=self.rough(), mix=self.number("Subsurface", _unit))
         coat = add(

@@ -104,7 +104,7 @@ LAWS = {
     "Cycles Diffuse": Law(_cycles_diffuse, compensated=True, near="EON of equal average albedo"),
     "Oren-Nayar 1994": Law(_oren_nayar_1994, compensated=False, near="Oren-Nayar of equal average albedo"),
     "Wolff": Law(_wolff, compensated=False, roughness=0.0, near="Lambert of equal average albedo"),
-    "Pits": Law(_pits, compensated=True, roughness=1.0, near="EON of roughness 1 and equal average albedo"),
+    "Pitted (Koenderink)": Law(_pits, compensated=True, roughness=1.0, near="EON of roughness 1 and equal average albedo"),
 }
 
 

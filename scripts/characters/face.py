@@ -142,7 +142,7 @@ def _bust(mesh: bpy.types.Mesh, width: float, bottom: float) -> bpy.types.Mesh:
 
 
 def _skin(look: Look) -> bpy.types.Material:
-    inputs = {"Mean Free Path": MEDIUM.inputs["Mean Free Path"]} | look.inputs
+    inputs = {"Subsurface Radius": MEDIUM.inputs["Subsurface Radius"]} | look.inputs
     material = materials.create(look.label, SUBSURFACE, **inputs)
     materials.paint(material, material.node_tree.nodes[SUBSURFACE.name].inputs["Color"], ALBEDO_ATTRIBUTE, 1.0)
     return material

@@ -14,7 +14,7 @@ import bpy
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.engines import ENGINES, Engine
 from true_diffuse.addon.measure.record import Progress, Record
-from true_diffuse.addon.optimize.optimize import Finding, restore
+from true_diffuse.addon.optimize.materials import Finding, restore
 from true_diffuse.addon.probe.environment import environment, merged
 from true_diffuse.scripts.characters import character as characters
 from true_diffuse.scripts.characters import face as scene

@@ -21,9 +21,10 @@ import bpy
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.engines import CYCLES, ENGINES, REALTIME, Engine
 from true_diffuse.addon.blender.osl import compiles_osl
+from true_diffuse.addon.closures.quality import CHOSEN_LIGHTS
 from true_diffuse.addon.measure.record import Progress, Record
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE, lamps
-from true_diffuse.addon.optimize.optimize import Finding, restore, simplify
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, chosen_lights
+from true_diffuse.addon.optimize.materials import Finding, restore, simplify
 from true_diffuse.addon.probe.environment import environment, merged
 from true_diffuse.scenes import five_characters
 from true_diffuse.scripts.characters import character as characters
@@ -228,8 +229,8 @@ class Five:
             if character.look.group is ROUGH_DIFFUSE:
                 tree = character.subject.material_slots[0].material.node_tree
                 if way.mode is not None:
-                    tree.nodes[ROUGH_DIFFUSE.name].inputs["Mode"].default_value = way.mode
-        lamps.choose([self.stage.key])
+                    tree.nodes[ROUGH_DIFFUSE.name].inputs["Quality"].default_value = way.mode
+        chosen_lights.choose([self.stage.key])
         self.stage.scene.cycles.shading_system = way.osl
 
     def _picture(self, engine: Engine, progress: Progress) -> Made:
@@ -255,7 +256,7 @@ class Five:
                 self._engine = None  # what comes next has its materials simplified again
                 if self.order.holds_osl and compiles_osl():
                     takes += [(None, take) for take in five.measure_osl(only, seen, progress)]
-                takes += [("Lamps", take) for take in five.measure_lamps(only, seen, one.samples, progress)]
+                takes += [(CHOSEN_LIGHTS, take) for take in five.measure_lamps(only, seen, one.samples, progress)]
             found["takes"] = [{"osl": take.osl, "mode": mode, "samples": take.samples} for mode, take in takes]
             files |= {f"{k}.f32": take.rgb.tobytes() for k, (_, take) in enumerate(takes)}
             files["i32"] = array("i", one.seen.expected.pixels).tobytes()

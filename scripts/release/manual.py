@@ -37,7 +37,7 @@ VALUES: dict[str, dict[str, Sequence["Setting"]]] = {
         "Color": (DARK, WARM, COOL),
         "Roughness": (0.0, 0.33, 1.0),
         "Subsurface": (0.0, 0.5, 1.0),
-        "Mean Free Path": ((0.1, 0.1, 0.1), (1.3, 0.95, 0.67), (5.0, 1.0, 0.2)),
+        "Subsurface Radius": ((0.1, 0.1, 0.1), (1.3, 0.95, 0.67), (5.0, 1.0, 0.2)),
         "Scale": (0.2, 1.0, 5.0),
         "Specular": (0.0, 0.5, 1.0),
         "Specular Roughness": (0.1, 0.4, 0.8),
@@ -52,7 +52,7 @@ USUAL: dict[str, dict[str, "Setting"]] = {  # what else a group is set to
 }
 ALSO: dict[tuple[str, str], dict[str, "Setting"]] = {  # where that would hide what a socket does
     ("rough_diffuse", "Model"): {"Roughness": 0.7},
-    ("rough_diffuse", "Mode"): {"Roughness": 1.0},
+    ("rough_diffuse", "Quality"): {"Roughness": 1.0},
     ("rough_diffuse", "IOR"): {"Model": "Wolff"},
     ("subsurface", "Model"): {"Subsurface": 0.0, "Specular": 0.0, "Roughness": 0.7},
     ("subsurface", "Roughness"): {"Subsurface": 0.0, "Specular": 0.0},
@@ -61,7 +61,7 @@ ALSO: dict[tuple[str, str], dict[str, "Setting"]] = {  # where that would hide w
     ("subsurface", "Specular Roughness"): {"Color": DARK, "Specular": 1.0},
     ("subsurface", "IOR"): {"Color": DARK, "Specular": 1.0},
 }
-IN_EEVEE = {("rough_diffuse", "Mode")}  # what makes no difference in Cycles
+IN_EEVEE = {("rough_diffuse", "Quality")}  # what makes no difference in Cycles
 KINDS = {"NodeSocketFloat": "number", "NodeSocketColor": "color", "NodeSocketVector": "vector", "NodeSocketMenu": "menu"}
 
 
@@ -79,7 +79,7 @@ def manual(samples: int, staging: Staging, terminal: Terminal) -> None:
     engines = {engine.key: engine for engine in start_blender(("cycles", "eevee"), terminal)}
     import bpy
 
-    from true_diffuse.addon.nodes import GROUPS, lamps
+    from true_diffuse.addon.nodes import GROUPS, chosen_lights
 
     scene = bpy.context.scene
     subject = build(scene)
@@ -89,7 +89,7 @@ def manual(samples: int, staging: Staging, terminal: Terminal) -> None:
     scene.render.resolution_x = scene.render.resolution_y = SIZE
     scene.cycles.use_denoising = True
     pictures = [(group, socket) for group in GROUPS for socket in group.inputs if _is_shown(group, socket)]
-    lamps.choose([item for item in scene.objects if item.type == "LIGHT"])
+    chosen_lights.choose([item for item in scene.objects if item.type == "LIGHT"])
     with terminal.progress(len(pictures)) as progress:
         for group, socket in pictures:
             key = "eevee" if (group.key, socket.name) in IN_EEVEE else "cycles"

@@ -16,11 +16,12 @@ import bpy
 
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
+from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.measure.record import Progress, Record
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE, lamps
-from true_diffuse.addon.optimize.optimize import simplify
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, chosen_lights
+from true_diffuse.addon.optimize.materials import simplify
 from true_diffuse.scenes.sphere import sphere_under_sun
 
 LENGTH = 24  # frames from START to END
@@ -29,7 +30,7 @@ SLOW, SLOW_FRAMES = 1000, (500, 501, 502)  # a film that long, and frames of it:
 LENS = 80.0  # mm: leaves room at the left for the pixels that give EEVEE's noise another pattern
 SHIFT = 3  # of those pixels
 # Realtime draws the model itself in every mode; Cycles has two
-MODES = {EEVEE: ("Single", "Lobes", "Signed", "Lamps"), CYCLES: ("Lobes", "Lamps"), REALTIME: ("Lobes",)}
+MODES = {EEVEE: (FAST, BALANCED, PRECISE, CHOSEN_LIGHTS), CYCLES: (BALANCED, CHOSEN_LIGHTS), REALTIME: (BALANCED,)}
 WORK = 12.0  # of an engine in a mode: renders
 
 
@@ -78,10 +79,10 @@ class Shot:
         self.scene.eevee.use_raytracing = False
         self.scene.cycles.max_bounces = 0
         render.crop(self.scene, render.region_of(self.scene, self.sphere))
-        material = materials.create("Keyed", ROUGH_DIFFUSE, Mode=mode)
+        material = materials.create("Keyed", ROUGH_DIFFUSE, Quality=mode)
         self.node = material.node_tree.nodes[ROUGH_DIFFUSE.name]
         self.sphere.data.materials[0] = material
-        lamps.choose([self.sun, self.point])
+        chosen_lights.choose([self.sun, self.point])
 
     def show(self, now: Moment) -> None:
         """Set all to a moment."""
@@ -201,7 +202,7 @@ def records(used: Sequence[Engine], samples: int, size: int, progress: Progress)
 
 def table(found: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return the columns and rows that sum up records for people."""
-    columns = ("Engine", "Mode", "Samples", "Keyed from still", "Noise", "Flicker, still", "Flicker, moving")
+    columns = ("Engine", "Quality", "Samples", "Keyed from still", "Noise", "Flicker, still", "Flicker, moving")
     shares = ("keyed_difference", "noise", "flicker_still", "flicker_moving")
     return columns, [
         (one["engine"], one["mode"] or "-", str(one["samples"]), *(f"{100.0 * one[share]:.3g} %" for share in shares))

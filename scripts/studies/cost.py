@@ -13,10 +13,11 @@ import gpu
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, Engine
 from true_diffuse.addon.blender.glsl import COVERING, source, triangle
+from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.measure.record import Progress, Record
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE, lamps
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, chosen_lights
 from true_diffuse.scenes.five_characters import FiveCharacters
 from true_diffuse.scenes.sphere import SphereUnderSun
 from true_diffuse.scripts.studies.formulations import FORMS, Form
@@ -106,11 +107,11 @@ class Look:
 
 
 LOOKS = (
-    *(Look(EEVEE, mode, "Oren-Nayar", shadows=False) for mode in ("Single", "Lobes", "Signed", "Lamps")),
-    *(Look(EEVEE, mode, "Oren-Nayar") for mode in ("Single", "Lobes")),
-    *(Look(CYCLES, "Lobes", model) for model in ("Oren-Nayar", "Fujii", "EON", "Cycles Diffuse")),
-    Look(CYCLES, "Lamps", "Oren-Nayar"),
-    Look(CYCLES, "Lobes", "Oren-Nayar", osl=True),
+    *(Look(EEVEE, mode, "Oren-Nayar", shadows=False) for mode in (FAST, BALANCED, PRECISE, CHOSEN_LIGHTS)),
+    *(Look(EEVEE, mode, "Oren-Nayar") for mode in (FAST, BALANCED)),
+    *(Look(CYCLES, BALANCED, model) for model in ("Oren-Nayar", "Fujii", "EON", "Cycles Diffuse")),
+    Look(CYCLES, CHOSEN_LIGHTS, "Oren-Nayar"),
+    Look(CYCLES, BALANCED, "Oren-Nayar", osl=True),
 )
 
 
@@ -139,9 +140,9 @@ def groups(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine],
             return time.perf_counter() - start
 
         for scene, sun, seconds_of in ((sphere.scene, sphere.sun, of_sphere), (five.scene, five.key, of_five)):
-            lamps.choose([sun])
+            chosen_lights.choose([sun])
             scene.cycles.shading_system = look.osl
-            material = materials.create(look.mode, ROUGH_DIFFUSE, Model=look.model, Mode=look.mode, Roughness=SIGMA)
+            material = materials.create(look.mode, ROUGH_DIFFUSE, Model=look.model, Quality=look.mode, Roughness=SIGMA)
             where = "sphere" if scene is sphere.scene else "five characters"
             with progress.step(f"{look.engine.label}  {look.mode}  {look.model}  {where}", 1.0):
                 mine, theirs = _in_turns(seconds_of, material, own)

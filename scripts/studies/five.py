@@ -10,10 +10,11 @@ from pathlib import Path
 import bpy
 
 from true_diffuse.addon.blender.engines import CYCLES, Engine
+from true_diffuse.addon.closures.quality import CHOSEN_LIGHTS
 from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.measure.record import Progress, Record, known
 from true_diffuse.addon.models import Lambert, OrenNayar
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, lamps
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, chosen_lights
 from true_diffuse.scenes.five_characters import Character, FiveCharacters, Look
 from true_diffuse.scripts.studies import picture
 from true_diffuse.scripts.studies.pictures import Captions, captions
@@ -107,12 +108,12 @@ def has_stand_in(look: Look) -> bool:
 def measure_lamps(stage: FiveCharacters, seen: Sequence[Seen], samples: int, progress: Progress) -> list[Measured]:
     """Return the same of Cycles in the mode Lamps, which follows the key light; the characters' groups must be whole."""
     chosen = [one for one in seen if has_stand_in(one.character.look)]
-    modes = [_node(one.character).inputs["Mode"] for one in chosen]
+    modes = [_node(one.character).inputs["Quality"] for one in chosen]
     before = [mode.default_value for mode in modes]
     try:
-        with lamps.following([stage.key]):
+        with chosen_lights.following([stage.key]):
             for mode in modes:
-                mode.default_value = "Lamps"
+                mode.default_value = CHOSEN_LIGHTS
             return measure(stage, chosen, CYCLES, samples, progress)
     finally:
         for mode, value in zip(modes, before, strict=True):

@@ -24,7 +24,7 @@ from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.addon.optimize.optimize import Finding, restore, simplify, total
+from true_diffuse.addon.optimize.materials import Finding, restore, simplify, total
 from true_diffuse.scenes import five_characters
 from true_diffuse.scenes.sphere import sphere_under_sun
 from true_diffuse.scripts.characters import face

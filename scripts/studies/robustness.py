@@ -18,10 +18,11 @@ from mathutils import Vector
 
 from true_diffuse.addon.blender.engines import EEVEE, Engine
 from true_diffuse.addon.closures.lobe import PAIR, SIGNED
+from true_diffuse.addon.closures.quality import CHOSEN_LIGHTS
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.models import directional_albedo
-from true_diffuse.addon.nodes import lamps
+from true_diffuse.addon.nodes import chosen_lights
 from true_diffuse.scripts.studies.rough import LAMBERT, OTHERS, PAPER, SPECULAR, SPECULAR_WAYS, WAYS, Law, Way
 
 LAWS = (LAMBERT, PAPER, *OTHERS)
@@ -214,7 +215,7 @@ class Case(NamedTuple):
 
 
 def _cases(used: Sequence[Engine], laws: Iterable[Law], lamps_too: bool, ways: Iterable[Way] = WAYS) -> list[Case]:
-    return [Case(way, law) for way in ways if way.engine in used and (lamps_too or way.mode != "Lamps") for law in laws]
+    return [Case(way, law) for way in ways if way.engine in used and (lamps_too or way.mode != CHOSEN_LIGHTS) for law in laws]
 
 
 # Furnace
@@ -346,7 +347,7 @@ def leak(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Re
     """
     for thickness in (None, *SLABS):
         solid = body(thickness)
-        lamps.choose([solid.sun])
+        chosen_lights.choose([solid.sun])
         for case in _leak_cases(used, quick):
             solid.scene.cycles.shading_system = case.way.osl
             material = case.law.material(case.way.mode, Color=LEAK_COLOR, Roughness=LEAK_SIGMA)
@@ -416,7 +417,7 @@ def extremes(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterato
     for cases in _extreme_cases(used, quick):
         rows = extreme_rows(cases[0].law)
         bent = sheet(EXTREME_MUS, [inputs for _, _, inputs in rows], EXTREME_CELL)
-        lamps.choose([bent.sun])
+        chosen_lights.choose([bent.sun])
         for case in cases:
             bent.scene.cycles.shading_system = case.way.osl
             with progress.step(f"Extremes  {case.name}", 1.0):

@@ -14,10 +14,11 @@ from true_diffuse.addon.closures.lobe import CYCLES as CYCLES_LOBES
 from true_diffuse.addon.closures.lobe import PAIR, SIGNED, SINGLE
 from true_diffuse.addon.closures.lobe_error import lobe_error
 from true_diffuse.addon.closures.lobes import Rendered
+from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure.record import Progress, Record, known
 from true_diffuse.addon.models import CyclesDiffuse, Eon, Fujii, Lambert, Model, OrenNayar, OrenNayar1994, Pits, Specular, Wolff
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group, lamps
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group, chosen_lights
 from true_diffuse.scenes.sphere import COLOR, SphereUnderSun, sky, three_lights
 from true_diffuse.scripts.studies import osl_values
 
@@ -48,7 +49,7 @@ class Law:
     def material(self, mode: str, **inputs: materials.Setting) -> bpy.types.Material:
         """Return a new material of it in a `mode`, its other sockets set to `inputs`."""
         model = {"Model": self.name} if self.group is ROUGH_DIFFUSE else {}
-        return materials.create(f"{self.name} {mode}", self.group, Mode=mode, **model, **inputs)
+        return materials.create(f"{self.name} {mode}", self.group, Quality=mode, **model, **inputs)
 
 
 PAPER = Law("Oren-Nayar", OrenNayar)
@@ -59,7 +60,7 @@ OTHERS = (
     Law("Cycles Diffuse", CyclesDiffuse),
     Law("Oren-Nayar 1994", OrenNayar1994),
     Law("Wolff", lambda _: Wolff(), rough=False),
-    Law("Pits", lambda _: Pits(), rough=False),
+    Law("Pitted (Koenderink)", lambda _: Pits(), rough=False),
 )
 SPECULAR = Law("Standard Specular", lambda _: Specular(), rough=False, group=SPECULAR_GROUP)
 
@@ -84,16 +85,16 @@ class Way:
 
 
 WAYS = (
-    Way("nodes", EEVEE, "Single", SINGLE),
-    Way("nodes", EEVEE, "Lobes", PAIR),
-    Way("nodes", EEVEE, "Signed", SIGNED),
-    Way("nodes", EEVEE, "Lamps", None),
-    Way("nodes", CYCLES, "Lobes", CYCLES_LOBES),
-    Way("nodes", CYCLES, "Lamps", None),
-    Way("osl", CYCLES, "Lobes", None, osl=True),
+    Way("nodes", EEVEE, FAST, SINGLE),
+    Way("nodes", EEVEE, BALANCED, PAIR),
+    Way("nodes", EEVEE, PRECISE, SIGNED),
+    Way("nodes", EEVEE, CHOSEN_LIGHTS, None),
+    Way("nodes", CYCLES, BALANCED, CYCLES_LOBES),
+    Way("nodes", CYCLES, CHOSEN_LIGHTS, None),
+    Way("osl", CYCLES, BALANCED, None, osl=True),
 )
-SPECULAR_WAYS = tuple(Way("nodes", engine, mode, None) for engine in (EEVEE, CYCLES) for mode in ("Lobe", "Lamps"))
-IN_SHADOW = Way("nodes", CYCLES, "Lamps", None, in_shadow=True)
+SPECULAR_WAYS = tuple(Way("nodes", engine, mode, None) for engine in (EEVEE, CYCLES) for mode in (BALANCED, CHOSEN_LIGHTS))
+IN_SHADOW = Way("nodes", CYCLES, CHOSEN_LIGHTS, None, in_shadow=True)
 
 
 @dataclass(frozen=True)
@@ -117,7 +118,7 @@ def cases(used: Sequence[Engine], quick: bool) -> list[Case]:
     result = []
     ways = [way for way in WAYS if compiles_osl() or not way.osl]
     for engine in used:
-        plain = Way("nodes", engine, "Lobes", None)
+        plain = Way("nodes", engine, BALANCED, None)
         result += [Case(plain, PAPER, sigma, LAMBERT) for sigma in (QUICK_SIGMAS if quick else SIGMAS)]
         for way in ways:
             if way.engine is engine:
@@ -144,7 +145,7 @@ def rough(sphere: SphereUnderSun, used: Sequence[Engine], samples: int, quick: b
     measured = _osl_lobe_errors(every, progress)
     for case in every:
         way, model = case.way, case.law.make(case.sigma)
-        lamps.choose([sphere.sun, other] if way.in_shadow else [sphere.sun])
+        chosen_lights.choose([sphere.sun, other] if way.in_shadow else [sphere.sun])
         sphere.scene.cycles.shading_system = way.osl
         rendered = Lambert() if case.shown else Rendered(model, way.scheme) if way.scheme else None
         error_of_lobes = lobe_error(rendered, model) if rendered else measured.get(case)
@@ -211,8 +212,8 @@ def between_engines_work() -> int:
 
 
 def _pairs() -> list[tuple[Law, str, float]]:
-    pairs = [(LAMBERT, "Lobes", 0.0)]
-    for mode in ("Single", "Lobes", "Signed"):
+    pairs = [(LAMBERT, BALANCED, 0.0)]
+    for mode in (FAST, BALANCED, PRECISE):
         pairs += [(PAPER, mode, sigma) for sigma in SIGMAS] + [(OTHERS[2], mode, 0.33)]
     return pairs
 
@@ -248,7 +249,7 @@ def between_engines_table(records: Sequence[Record]) -> tuple[tuple[str, ...], l
         (mode, model, _sigma(sigma), *(_percent(record["rms_difference"]) for record in group))
         for (mode, model, sigma), group in groups.items()
     ]
-    return ("Mode", "Model", "Sigma", *lights), rows
+    return ("Quality", "Model", "Sigma", *lights), rows
 
 
 def _percent(share: float | None) -> str:

@@ -91,7 +91,7 @@ STIFF_SIZE, STIFF_SAMPLES = (48, 48), 64  # pixels: the mean of a column of 48 h
 
 def material(way: Way, color: Sequence[float], path: Sequence[float], **inputs: float) -> bpy.types.Material:
     """Return a material that scatters below its surface alone unless `inputs` say otherwise; `path` in mm."""
-    settings = {"Method": way.method, "Color": (*color, 1.0), "Mean Free Path": tuple(path), "Specular": 0.0, **inputs}
+    settings = {"Method": way.method, "Color": (*color, 1.0), "Subsurface Radius": tuple(path), "Specular": 0.0, **inputs}
     return materials.create(f"{way.label} {color}", SUBSURFACE, **settings)
 
 

@@ -21,11 +21,12 @@ import bpy
 from mathutils import Vector
 
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
+from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS, PRECISE
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.models import directional_albedo
 from true_diffuse.addon.models.vector import dot
-from true_diffuse.addon.nodes import lamps
+from true_diffuse.addon.nodes import chosen_lights
 from true_diffuse.scenes import five_characters
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
 from true_diffuse.scenes.subject import ALBEDO_ATTRIBUTE
@@ -156,7 +157,7 @@ class Sphere(Stage):
         self._expected: dict[str, error.Analytic] = {}
 
     def prepare(self) -> None:
-        lamps.choose(self.suns)
+        chosen_lights.choose(self.suns)
 
     def picture(
         self, material: bpy.types.Material, engine: Engine, osl: bool, samples: int, seed: int
@@ -226,7 +227,7 @@ class Five(Stage):
 
     @staticmethod
     def cast(used: Sequence[Engine], quick: bool) -> list[Contestant]:
-        slow = ("Signed", "Lamps") if quick else ()
+        slow = (PRECISE, CHOSEN_LIGHTS) if quick else ()
         everyone = rough(used, True, sunlit=True)
         return [one for one in everyone if not (one.is_twin or (one.engine is EEVEE and one.mode in slow))]
 
@@ -241,7 +242,7 @@ class Five(Stage):
         self.ladders = {EEVEE.key: Ladder(eevee), CYCLES.key: Ladder(cycles), REALTIME.key: Ladder(realtime)}
         self.costs = {EEVEE.key: Cost(1.6, 0.5, 4.0), CYCLES.key: Cost(0.25, 0.02, 0.2), REALTIME.key: Cost(0.8, 0.2, 0.3)}
         self.reference_samples = 256 if quick else 2048
-        found = [one for one in rough((CYCLES,), True, sunlit=False) if one.mode == "Lobes"]
+        found = [one for one in rough((CYCLES,), True, sunlit=False) if one.mode == BALANCED]
         self.chosen = found[-1]  # OSL, where there is any
         how = (
             "with the model's OSL shader, within 0.1 % of equation (1)" if self.chosen.osl else "by lobes, 0.6 % from equation (1)"
@@ -253,7 +254,7 @@ class Five(Stage):
         return self.chosen
 
     def prepare(self) -> None:
-        lamps.choose([self.stage.key])
+        chosen_lights.choose([self.stage.key])
 
     def picture(
         self, material: bpy.types.Material, engine: Engine, osl: bool, samples: int, seed: int

@@ -11,6 +11,7 @@ import bpy
 
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
 from true_diffuse.addon.blender.osl import compiles_osl
+from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
@@ -21,11 +22,11 @@ MEDIUM = PRESETS["skin_2"]  # of the face
 MM = 0.001  # m
 OURS, BLENDERS = "ours", "blender"
 MODES: Mapping[Engine, Sequence[str | None]] = {
-    EEVEE: ("Single", "Lobes", "Signed", "Lamps"),
-    CYCLES: ("Lobes", "Lamps"),
+    EEVEE: (FAST, BALANCED, PRECISE, CHOSEN_LIGHTS),
+    CYCLES: (BALANCED, CHOSEN_LIGHTS),
     REALTIME: (None,),  # it draws the model itself, whatever the mode
 }
-USUAL = {EEVEE: "Lobes", CYCLES: "Lobes", REALTIME: None}
+USUAL = {EEVEE: BALANCED, CYCLES: BALANCED, REALTIME: None}
 
 type Paint = Callable[[bpy.types.Material, bpy.types.NodeSocket], None]
 
@@ -57,7 +58,7 @@ class Contestant:
     @property
     def slowness(self) -> float:
         """How much longer it takes than others, roughly."""
-        return 3.0 if self.mode == "Signed" else 1.0
+        return 3.0 if self.mode == PRECISE else 1.0
 
     @property
     def record(self) -> dict[str, object]:
@@ -83,9 +84,9 @@ def rough(used: Sequence[Engine], quick: bool, sunlit: bool) -> list[Contestant]
     for engine, modes in MODES.items():
         if engine not in used:
             continue
-        found += [_group(engine, PAPER, mode) for mode in modes if sunlit or mode != "Lamps"]
+        found += [_group(engine, PAPER, mode) for mode in modes if sunlit or mode != CHOSEN_LIGHTS]
         if engine is CYCLES and compiles_osl():
-            found.append(_group(engine, PAPER, "Lobes", osl=True))
+            found.append(_group(engine, PAPER, BALANCED, osl=True))
         found += _own(engine)
     return found if quick else found + others(used)
 
@@ -97,7 +98,7 @@ def others(used: Sequence[Engine]) -> list[Contestant]:
 
 def _group(engine: Engine, law: Law, mode: str | None, osl: bool = False, is_extra: bool = False) -> Contestant:
     def make(paint: Paint) -> bpy.types.Material:
-        chosen = {} if mode is None else {"Mode": mode}
+        chosen = {} if mode is None else {"Quality": mode}
         material = materials.create(f"{law.name} {mode or engine.label}", ROUGH_DIFFUSE, Model=law.name, Roughness=SIGMA, **chosen)
         paint(material, material.node_tree.nodes[ROUGH_DIFFUSE.name].inputs["Color"])
         return material
@@ -153,7 +154,7 @@ def translucent(used: Sequence[Engine], quick: bool) -> list[Contestant]:
 
 def _skin(engine: Engine, method: str) -> Contestant:
     def make(paint: Paint) -> bpy.types.Material:
-        inputs = {"Method": method, "Mean Free Path": MEDIUM.inputs["Mean Free Path"], "Subsurface": 1.0, "Specular": 0.0}
+        inputs = {"Method": method, "Subsurface Radius": MEDIUM.inputs["Subsurface Radius"], "Subsurface": 1.0, "Specular": 0.0}
         material = materials.create(f"Subsurface {method}", SUBSURFACE, **inputs)
         paint(material, material.node_tree.nodes[SUBSURFACE.name].inputs["Color"])
         return material
@@ -165,5 +166,5 @@ def _skin(engine: Engine, method: str) -> Contestant:
 
 def _principled_skin(paint: Paint) -> bpy.types.Material:
     """Return what an artist would set with the same lengths at hand: Radius is the mean free path, in units of Scale."""
-    lengths = MEDIUM.inputs["Mean Free Path"]
+    lengths = MEDIUM.inputs["Subsurface Radius"]
     return _principled(paint, {"Subsurface Weight": 1.0, "Subsurface Radius": lengths, "Subsurface Scale": MM})

@@ -13,7 +13,7 @@ class TRUE_DIFFUSE_OT_choose_lamps(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        from ..nodes.lamps import SLOTS
+        from ..nodes.chosen_lights import SLOTS
 
         lights = _lights(context)
         if not lights:
@@ -23,12 +23,12 @@ class TRUE_DIFFUSE_OT_choose_lamps(bpy.types.Operator):
         return 0 < len(lights) <= SLOTS
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from ..nodes import lamps
+        from ..nodes import chosen_lights
 
         lights = _lights(context)
-        lamps.choose(lights)
+        chosen_lights.choose(lights)
         self.report({"INFO"}, f"Mode Lamps follows {', '.join(light.name for light in lights)}")
-        if lamps.LAMPS.trees(linked=True):
+        if chosen_lights.LAMPS.trees(linked=True):
             self.report({"WARNING"}, "Materials linked from other files keep the lamps chosen there")
         return {"FINISHED"}
 
@@ -43,21 +43,21 @@ class TRUE_DIFFUSE_OT_toggle_lamp(bpy.types.Operator):
     light: bpy.props.StringProperty(name="Light", description="Name of the light object")  # ty: ignore[invalid-type-form]
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from ..nodes import lamps
+        from ..nodes import chosen_lights
 
         light = context.scene.objects.get(self.light)
         if light is None or light.type != "LIGHT":
             self.report({"ERROR"}, f"The scene has no light {self.light}")
             return {"CANCELLED"}
-        chosen = lamps.chosen()
+        chosen = chosen_lights.chosen()
         if light in chosen:
             chosen.remove(light)
-        elif len(chosen) < lamps.SLOTS:
+        elif len(chosen) < chosen_lights.SLOTS:
             chosen.append(light)
         else:
-            self.report({"ERROR"}, f"The mode Lamps follows up to {lamps.SLOTS} lights: take another off the list first")
+            self.report({"ERROR"}, f"The mode Lamps follows up to {chosen_lights.SLOTS} lights: take another off the list first")
             return {"CANCELLED"}
-        lamps.choose(chosen)
+        chosen_lights.choose(chosen)
         return {"FINISHED"}
 
 

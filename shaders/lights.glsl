@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What Blender's lamps send to a point, in Blender's units and without shadows. Every lamp shines from its center; its size counts
-// where its power depends on it (addon/realtime/lamps.py).
+// where its power depends on it (addon/realtime/lights.py).
 //     sun: E0 = strength      point: E0 = P / (4 pi r^2)      spot: as a point, times its cone      area: E0 = P cos(theta) / (pi r^2)
 // An area lamp of a spread below 180 degrees has that times (tan(h) - tan(theta)) / (tan(h) - h), as in Cycles.
 // P [W], r [m], E0 the irradiance [W/m^2] on a plane that faces the lamp, theta the angle from the direction an area lamp faces.

@@ -15,7 +15,7 @@ class TRUE_DIFFUSE_OT_simplify(bpy.types.Operator):
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        from ..optimize.optimize import group_nodes
+        from ..optimize.materials import group_nodes
 
         found = any(True for _ in group_nodes())
         if not found:
@@ -23,7 +23,7 @@ class TRUE_DIFFUSE_OT_simplify(bpy.types.Operator):
         return found
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
-        from ..optimize.optimize import remove_unused, rows, simplify, total
+        from ..optimize.materials import remove_unused, rows, simplify, total
 
         found = simplify()
         remove_unused()
@@ -54,7 +54,7 @@ class TRUE_DIFFUSE_OT_restore(bpy.types.Operator):
         return simplified
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
-        from ..optimize.optimize import restore
+        from ..optimize.materials import restore
 
         self.report({"INFO"}, f"Restored {restore()} materials")
         return {"FINISHED"}

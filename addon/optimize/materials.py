@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import bpy
 
 from ..blender.id_properties import AS_BUILT, LEAST_FOR, STAMP
-from ..nodes import GROUPS, Group, lamps
+from ..nodes import GROUPS, Group, chosen_lights
 from ..nodes.graph import fingerprint, stamp_of
 from .folding import Folding, Use
 from .node_count import Count, count
@@ -181,7 +181,7 @@ def remove_unused() -> None:
 
     The group that knows the chosen lamps stays, also in a file that is saved.
     """
-    for tree in lamps.LAMPS.trees() if lamps.chosen() else ():
+    for tree in chosen_lights.LAMPS.trees() if chosen_lights.chosen() else ():
         tree.use_fake_user = True
     while unused := [tree for tree in bpy.data.node_groups if STAMP in tree and tree.users == 0]:
         bpy.data.batch_remove(unused)

@@ -17,10 +17,10 @@ from true_diffuse.addon.blender.id_properties import LEAST_FOR
 from true_diffuse.addon.blender.osl import compiles_osl
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import error, render
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group, lamps
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group, chosen_lights
 from true_diffuse.addon.optimize import arithmetic
 from true_diffuse.addon.optimize.invalidate import check
-from true_diffuse.addon.optimize.optimize import Finding, remove_unused, restore, simplify
+from true_diffuse.addon.optimize.materials import Finding, remove_unused, restore, simplify
 from true_diffuse.scenes.sphere import SphereUnderSun, sphere_under_sun
 
 pytestmark = pytest.mark.usefixtures("empty_file")
@@ -136,22 +136,22 @@ def test_arithmetic_never_fails() -> None:
 # The same picture
 
 
-def rough(mode: str = "Lobes", **inputs: materials.Setting) -> tuple[Group, dict[str, materials.Setting]]:
-    return ROUGH_DIFFUSE, {"Mode": mode, "Color": (0.8, 0.5, 0.2, 1.0)} | inputs
+def rough(mode: str = "Balanced", **inputs: materials.Setting) -> tuple[Group, dict[str, materials.Setting]]:
+    return ROUGH_DIFFUSE, {"Quality": mode, "Color": (0.8, 0.5, 0.2, 1.0)} | inputs
 
 
 LOOKS: dict[str, tuple[Group, dict[str, materials.Setting]]] = {
     "sigma 0": rough(Roughness=0.0),
     "linked color": rough(),
     "EON, driven roughness": rough(Model="EON"),
-    "one lobe, Wolff": rough("Single", Model="Wolff", Normal=(-0.5, -3.0, 0.2)),
+    "one lobe, Wolff": rough("Fast", Model="Wolff", Normal=(-0.5, -3.0, 0.2)),
     "linked normal, of no length": rough(Roughness=0.5),
-    "two lamps, one dark": rough("Lamps", Roughness=0.5),
+    "two lamps, one dark": rough("Exact for Chosen Lights", Roughness=0.5),
     "specular": (SPECULAR_GROUP, {}),
-    "specular, two lamps, one dark": (SPECULAR_GROUP, {"Mode": "Lamps", "Exponent": 5.0, "Specular": 0.5}),
+    "specular, two lamps, one dark": (SPECULAR_GROUP, {"Quality": "Exact for Chosen Lights", "Exponent": 5.0, "Specular": 0.5}),
     "no scattering, no coat": (SUBSURFACE, {"Subsurface": 0.0, "Specular": 0.0}),
-    "scattering alone": (SUBSURFACE, {"Subsurface": 1.0, "Specular": 0.0, "Mean Free Path": (100.0, 50.0, 20.0)}),
-    "all layers": (SUBSURFACE, {"Subsurface": 0.5, "Mean Free Path": (100.0, 50.0, 20.0)}),
+    "scattering alone": (SUBSURFACE, {"Subsurface": 1.0, "Specular": 0.0, "Subsurface Radius": (100.0, 50.0, 20.0)}),
+    "all layers": (SUBSURFACE, {"Subsurface": 0.5, "Subsurface Radius": (100.0, 50.0, 20.0)}),
 }
 
 
@@ -162,7 +162,7 @@ def all_looks() -> bpy.types.Scene:
     dark.data.energy = 0.0
     sphere.scene.collection.objects.link(dark)
     sphere.sun.rotation_euler = (math.radians(50.0), 0.0, 0.3)
-    lamps.choose([sphere.sun, dark])
+    chosen_lights.choose([sphere.sun, dark])
     for place, (name, (group, inputs)) in enumerate(LOOKS.items()):
         ball = bpy.data.objects.new(name, sphere.sphere.data)
         ball.scale = (0.25,) * 3
@@ -241,7 +241,7 @@ def test_closures_that_are_left() -> None:
     lambert = ["BsdfDiffuse"]
     for engine, group, inputs, left in (
         (engines.EEVEE, ROUGH_DIFFUSE, {"Roughness": 0.0}, lambert),
-        (engines.CYCLES, ROUGH_DIFFUSE, {"Roughness": 0.0, "Mode": "Lamps"}, lambert),
+        (engines.CYCLES, ROUGH_DIFFUSE, {"Roughness": 0.0, "Quality": "Exact for Chosen Lights"}, lambert),
         (engines.CYCLES, ROUGH_DIFFUSE, {"Roughness": 0.0, "Model": "EON"}, lambert),
         (engines.CYCLES, ROUGH_DIFFUSE, {}, lambert * 2),  # Fujii's lobe and the one away
         (engines.CYCLES, ROUGH_DIFFUSE, {"Color": (0.0, 0.0, 0.0, 1.0)}, []),
@@ -250,7 +250,7 @@ def test_closures_that_are_left() -> None:
         (engines.EEVEE, SUBSURFACE, {"Specular": 0.0, "Scale": 0.0}, lambert),
         (engines.EEVEE, SUBSURFACE, {"Subsurface": 0.0, "Model": "Lambert"}, ["BsdfAnisotropic", *lambert]),
         (engines.EEVEE, SPECULAR_GROUP, {"Specular": 0.0}, lambert),
-        (engines.EEVEE, SPECULAR_GROUP, {"Mode": "Lamps"}, lambert),
+        (engines.EEVEE, SPECULAR_GROUP, {"Quality": "Exact for Chosen Lights"}, lambert),
     ):
         material = materials.create("Shown", group, **inputs)
         sphere.sphere.data.materials[0] = material
@@ -313,12 +313,12 @@ def test_equal_uses_share_a_tree() -> None:
 
 
 def test_lamps_that_shine_nowhere_lose_their_slots() -> None:
-    sphere, node = shown(ROUGH_DIFFUSE, Mode="Lamps")
+    sphere, node = shown(ROUGH_DIFFUSE, Quality="Exact for Chosen Lights")
     off = [bpy.data.objects.new(name, bpy.data.lights.new(name, "POINT")) for name in ("Absent", "Hidden", "Dark")]
     for light in off[1:]:
         sphere.scene.collection.objects.link(light)
     off[1].hide_render, off[2].data.energy = True, 0.0
-    lamps.choose([sphere.sun, *off])
+    chosen_lights.choose([sphere.sun, *off])
     (finding,) = simplify()
     assert "lamps 2, 3, 4 (no light shines there)" in finding.why
     (group,) = (each for each in node.node_tree.nodes if each.bl_idname == "ShaderNodeGroup")
@@ -341,13 +341,13 @@ def test_scattering_goes_where_it_blurs_less_than_half_a_pixel() -> None:
     half_a_pixel = 1000.0 * 0.5 * 7.0 * 36.0 / 125.0 / 16.0 / (2.44 * 3.105)
     sphere, node = shown(SUBSURFACE, Color=(1.0, 1.0, 1.0, 1.0))
     for share, seen in ((0.95, False), (1.05, True)):
-        node.inputs["Mean Free Path"].default_value = (share * half_a_pixel, 0.0, 0.0)
+        node.inputs["Subsurface Radius"].default_value = (share * half_a_pixel, 0.0, 0.0)
         (finding,) = simplify()
         assert scatters(finding) == seen
     camera = sphere.scene.camera.data
     camera.type, camera.ortho_scale = "ORTHO", 7.0 * 36.0 / 125.0  # the same pixel
     for share, seen in ((0.95, False), (1.05, True)):
-        node.inputs["Mean Free Path"].default_value = (0.0, share * half_a_pixel, 0.0)
+        node.inputs["Subsurface Radius"].default_value = (0.0, share * half_a_pixel, 0.0)
         (finding,) = simplify()
         assert scatters(finding) == seen
 
@@ -436,7 +436,7 @@ def test_script_that_changes_the_engine_and_renders_gets_the_right_picture() -> 
 
 
 def test_settings_stay() -> None:
-    inputs = {"Model": "EON", "Mode": "Single", "Color": (0.25, 0.5, 0.75, 1.0), "Roughness": 0.125, "IOR": 2.0}
+    inputs = {"Model": "EON", "Quality": "Fast", "Color": (0.25, 0.5, 0.75, 1.0), "Roughness": 0.125, "IOR": 2.0}
     _, node = shown(ROUGH_DIFFUSE, **inputs)
     source = feed(node, "Normal")
     whole = node.node_tree
@@ -483,8 +483,8 @@ def save(folder: Path) -> str:
 
 @in_blender
 def test_simplified_file_is_loaded_as_it_was(tmp_path: Path) -> None:
-    sphere, _ = shown(ROUGH_DIFFUSE, Mode="Lamps")
-    lamps.choose([sphere.sun])
+    sphere, _ = shown(ROUGH_DIFFUSE, Quality="Exact for Chosen Lights")
+    chosen_lights.choose([sphere.sun])
     simplify()
     remove_unused()
     path = save(tmp_path)
@@ -493,7 +493,7 @@ def test_simplified_file_is_loaded_as_it_was(tmp_path: Path) -> None:
     assert is_least(node)
     restore()
     assert not is_least(node) and node.node_tree == ROUGH_DIFFUSE.ensure()
-    assert [light.name for light in lamps.chosen()] == ["Sun"]
+    assert [light.name for light in chosen_lights.chosen()] == ["Sun"]
 
 
 def test_unused_groups_are_not_saved(tmp_path: Path) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The lamps of a scene as the realtime engine draws them: what shaders/lamps.glsl takes, in Blender's units."""
+"""The lamps of a scene as the realtime engine draws them: what shaders/lights.glsl takes, in Blender's units."""
 
 import math
 from collections.abc import Sequence
@@ -37,7 +37,7 @@ class Lamp:
     casts: bool
 
     def packed(self) -> bytes:
-        """Return the struct Lamp of shaders/lamps.glsl."""
+        """Return the struct Lamp of shaders/lights.glsl."""
         return blocks.lamp(self.kind, self.place, self.towards, self.strength, self.edge, self.fade, self.across, self.up)
 
 
