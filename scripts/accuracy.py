@@ -124,16 +124,23 @@ def frames(options: Namespace, engines: list["Engine"], terminal: Terminal) -> l
     import gpu
 
     from true_diffuse.addon.blender.engines import EEVEE
-    from true_diffuse.scripts.studies import frame_time, realtime_frames
+    from true_diffuse.scripts.studies import frame_time as study
 
     if EEVEE not in engines:
         raise BadInput("frames need EEVEE's graphics driver")
-    stage = realtime_frames.Stage(
-        load_character("human"), realtime_frames.QUICK_RESOLUTION if options.quick else realtime_frames.RESOLUTION
-    )
-    with terminal.progress(realtime_frames.work(stage, options.quick)) as progress:
-        records = list(realtime_frames.records(stage, options.quick, progress))
-    frame_time.tell(records, gpu.platform.renderer_get(), terminal)
+    characters = study.Characters(load_character("human"), study.QUICK_RESOLUTION if options.quick else study.RESOLUTION)
+    with terminal.progress(study.work(options.quick)) as progress:
+        records = list(study.records(characters, options.quick, progress))
+    renderer = gpu.platform.renderer_get()
+    absolute = not study.is_software(renderer)
+    terminal.say(f"Drawn by {renderer}" + ("" if absolute else ": software rendering, so ratios alone"))
+    for clock in ("readback", "processor"):
+        title = f"A frame's time by {clock} over that of lambert.glsl / of plain Lambert, medians"
+        terminal.table(title, *study.table(records, clock, absolute))
+    if not options.quick:
+        terminal.table(
+            "What of a frame's time is fixed and what grows, on the line through all", *study.growth_table(records, absolute)
+        )
     return records
 
 

@@ -1,71 +1,177 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Frame times of the realtime shaders: every law and form of equation (1) in turns with Lambert's, and how the cost grows.
+"""Frame times of True Diffuse Realtime: every model and form of equation (1), interleaved with Lambert's, and how they grow.
 
-What draws is a `Stage`: Blender's gpu module in realtime_frames.py, moderngl in scripts/bench_glsl.py. No bpy.
+What is drawn are the five characters, all of one model, without Blender's part of a render.
 """
 
+import math
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import linear_regression, median, quantiles
 from typing import Protocol
 
+import bpy
+
+import gpu
+from mathutils import Vector
+
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.models import Specular
+from true_diffuse.addon.realtime.contents import BLACK, Contents
+from true_diffuse.addon.realtime.drawing import CLEAR, Painter
 from true_diffuse.addon.realtime.laws import LAWS, SPECULAR, Law
+from true_diffuse.addon.realtime.view import View
+from true_diffuse.scenes import five_characters
 from true_diffuse.scripts.studies.formulations import FORMS, law
 
 SIGMA = 0.33
 INPUTS = {"Roughness": SIGMA, "IOR": 1.5, "Specular": Specular().specular, "Exponent": Specular().exponent}
-LAMPS, ROUNDS = (1, 2, 4, 8), 5
-PIXELS = (0.25, 0.5, 1.0, 2.0)  # times the picture's
-GROWTH_LAMPS = 4  # while pixels and triangles change
-SUNS = tuple((0.2 * k - 0.7, -0.75, 0.5 - 0.05 * k) for k in range(8))  # towards each of the lamps, before the characters
+RESOLUTION, QUICK_RESOLUTION = (1920, 1080), (480, 270)
+ALBEDO = 0.8
+LIGHTS, ROUNDS = (1, 2, 4, 8), 5
+QUICK_LIGHTS, QUICK_ROUNDS = (1,), 2
+PIXELS, TRIANGLES = (0.25, 0.5, 1.0, 2.0), (0.25, 1.0, 4.0)  # times the picture's and the characters'
+GROWTH_LIGHTS = 4  # while pixels and triangles change
+SUNS = tuple((0.2 * k - 0.7, -0.75, 0.5 - 0.05 * k) for k in range(8))  # towards each of the lights, before the characters
 SOFTWARE = ("llvmpipe", "softpipe", "swiftshader", "software")  # in the names of drivers that draw on the processor
+AS_BUILT = "key, shadow, sky"
 
 PLAIN_LAMBERT, LAMBERT, OREN_NAYAR = "plain Lambert", "lambert.glsl", "oren_nayar.glsl"
 PLAIN = (PLAIN_LAMBERT, "plain (1), as printed", "plain (1), simplified", "plain (1), folded")
-CONTESTANTS: Mapping[str, Law] = {name: law(form) for name, form in zip(PLAIN, FORMS, strict=True)} | {
-    f"{shipped.stem}.glsl": shipped for shipped in (*LAWS.values(), SPECULAR)
+SHIPPED = {f"{one.stem}.glsl": one for one in LAWS.values()}
+VARIANTS: Mapping[str, Law] = {
+    **{name: law(form) for name, form in zip(PLAIN, FORMS, strict=True)},
+    **SHIPPED,
+    f"{SPECULAR.stem}.glsl": SPECULAR,
 }
-GROWING = {name: CONTESTANTS[name] for name in (LAMBERT, OREN_NAYAR)}
+GROWING = {name: VARIANTS[name] for name in (LAMBERT, OREN_NAYAR)}
+AS_BUILT_VARIANTS = {PLAIN_LAMBERT: VARIANTS[PLAIN_LAMBERT], **SHIPPED}
 
 type Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 type Times = Mapping[str, float]
-"""Seconds of a frame by the clocks that told them: readback, timer, processor."""
+"""Seconds of a frame by two clocks: readback (until a pixel is read back) and processor (of all threads)."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """What is drawn: suns, which are the lamps that cost least; pixels and triangles as multiples of those that the stage has."""
+    """What is drawn: suns, the lights that cost least; pixels and triangles as multiples of the picture's and the characters'."""
 
-    lamps: int = 1
+    lights: int = 1
     pixels: float = 1.0
     triangles: float = 1.0
 
 
-class Terminal(Protocol):
-    """What shows text and tables."""
-
-    def say(self, text: str) -> None: ...
-
-    def table(self, title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None: ...
-
-
-class Stage(Protocol):
-    """What draws frames."""
-
-    @property
-    def details(self) -> Sequence[float]:
-        """The multiples of its triangles that it can draw."""
-        ...
+class Drawing(Protocol):
+    """What draws frames: `Characters`, or a stand-in for it."""
 
     def prepare(self, setting: Setting) -> Record:
         """Have `setting` ready to draw; return its width, height and triangles."""
         ...
 
     def frame(self, law: Law) -> Times:
-        """Draw all with `law` at INPUTS and wait until it is done; return how long that took."""
+        """Draw everything with `law` at INPUTS and wait until it is done; return how long that took [s]."""
         ...
+
+
+class Characters:
+    """The five characters before their backdrop, all of one model.
+
+    A frame is one sample of every pixel, added to the picture; reading back a pixel of it ends the frame. Putting it into a window
+    is not part of it.
+    """
+
+    def __init__(self, mesh: bpy.types.Mesh, resolution: tuple[int, int]) -> None:
+        """Build the scene of `mesh`. Needs a graphics driver."""
+        if bpy.app.background:
+            gpu.init()
+        self.five = five_characters.build(mesh, ALBEDO, True, resolution)
+        self._resolution, self._meshes, self._detail = resolution, {1.0: mesh}, 0.0
+        self._pixel = gpu.types.GPUTexture((1, 1), format="RGBA32F")
+        self._finished = gpu.types.GPUFrameBuffer(color_slots=self._pixel)
+
+    def prepare(self, setting: Setting) -> Record:
+        """As `Drawing` has it."""
+        self._read(setting.triangles, setting.pixels)
+        key = self._contents.lamps[0]
+        towards = [tuple(Vector(one).normalized()) for one in SUNS[: setting.lights]]
+        self._contents.lamps = [replace(key, towards=one, casts=False) for one in towards]
+        self._contents.world = BLACK
+        return self._size()
+
+    def prepare_as_built(self) -> Record:
+        """Have the scene ready with its own light: the key light, its shadow and the sky. Returns what `prepare` does."""
+        self._read(1.0, 1.0)
+        return self._size()
+
+    def frame(self, law: Law) -> Times:
+        """As `Drawing` has it. Processor time of all threads is the work of a driver that draws there."""
+        shape = law.fold(INPUTS)
+        self._contents.looks = {uid: replace(look, law=law, shape=shape) for uid, look in self._looks.items()}
+        painter = self._painter
+        painter.refresh()
+        for _ in painter.compile():
+            pass
+        painter.begin(self._view)  # draws the shadow maps, which stay while nothing moves
+        self._wait()
+        wall, processor = time.perf_counter(), time.process_time()
+        painter.begin(self._view)
+        painter.add(self._view, 0, 0.0, CLEAR)
+        with self._finished.bind():
+            painter.show()
+        self._wait()
+        return {"readback": time.perf_counter() - wall, "processor": time.process_time() - processor}
+
+    def pixels(self) -> Sequence[float]:
+        """Return the last frame: red, green, blue, alpha of each pixel, rows from the bottom."""
+        return self._painter.read()
+
+    def _wait(self) -> None:
+        """Wait until everything that was drawn is there."""
+        with self._finished.bind():
+            gpu.state.active_framebuffer_get().read_color(0, 0, 1, 1, 4, 0, "FLOAT")
+
+    def _read(self, detail: float, share: float) -> None:
+        """Read the scene at `detail` times its triangles, and look at it with `share` times its pixels."""
+        if detail != self._detail:
+            self._detail = detail
+            for character in self.five.characters:
+                character.subject.data = self._mesh(detail)
+        layer = self.five.scene.view_layers[0]
+        layer.update()
+        self._contents = Contents()
+        self._contents.update(layer.depsgraph)
+        self._looks = dict(self._contents.looks)
+        width, height = (round(length * math.sqrt(share)) for length in self._resolution)
+        camera = self.five.scene.camera.evaluated_get(layer.depsgraph)
+        projection = camera.calc_matrix_camera(layer.depsgraph, x=width, y=height)
+        place = camera.matrix_world
+        self._view = View(projection @ place.inverted(), place.translation.copy(), True, width, height)
+        self._painter = Painter(self._contents)
+
+    def _mesh(self, detail: float) -> bpy.types.Mesh:
+        """Return the character with `detail` times its triangles: decimated for fewer, each cut into four for more."""
+        if detail not in self._meshes:
+            subject = self.five.characters[0].subject
+            subject.data = self._meshes[1.0]
+            if detail < 1.0:
+                modifier = subject.modifiers.new("Fewer", "DECIMATE")
+                modifier.ratio = detail
+            else:
+                modifier = subject.modifiers.new("More", "SUBSURF")
+                modifier.subdivision_type, modifier.levels = "SIMPLE", round(math.log(detail, 4.0))
+            layer = self.five.scene.view_layers[0]
+            layer.update()
+            evaluated = subject.evaluated_get(layer.depsgraph)
+            self._meshes[detail] = bpy.data.meshes.new_from_object(
+                evaluated, preserve_all_data_layers=True, depsgraph=layer.depsgraph
+            )
+            subject.modifiers.remove(modifier)
+        return self._meshes[detail]
+
+    def _size(self) -> Record:
+        triangles = sum(part.mesh.triangles for part in self._contents.parts)
+        return {"width": self._view.width, "height": self._view.height, "triangles": triangles}
 
 
 def is_software(renderer: str) -> bool:
@@ -73,90 +179,82 @@ def is_software(renderer: str) -> bool:
     return any(name in renderer.lower() for name in SOFTWARE)
 
 
-def work(stage: Stage, lamps: Sequence[int], rounds: int, grows: bool) -> float:
-    """Return how many units of work `records` has: a frame's, and a fifth of that for each lamp."""
-    frames = sum(_work(CONTESTANTS, count, rounds) for count in lamps)
-    settings = len(PIXELS) + len(stage.details)
-    return frames + (_work(GROWING, GROWTH_LAMPS, rounds) * settings if grows else 0.0)
+def work(quick: bool) -> float:
+    """Return how many units of work `records` has: a frame's, and a fifth of that for each light."""
+    lights, rounds = (QUICK_LIGHTS, QUICK_ROUNDS) if quick else (LIGHTS, ROUNDS)
+    frames = sum(_work(VARIANTS, count, rounds) for count in lights) + len(AS_BUILT_VARIANTS) * rounds
+    return frames + (0.0 if quick else _work(GROWING, GROWTH_LIGHTS, rounds) * len((*PIXELS, *TRIANGLES)))
 
 
-def records(stage: Stage, lamps: Sequence[int], rounds: int, grows: bool, progress: Progress) -> Iterator[Record]:
-    """Yield a record for each contestant, number of lamps and clock; then, if it `grows`, for how the cost does."""
-    by_lamps = []
-    for count in lamps:
-        by_lamps += compare(stage, Setting(count), CONTESTANTS, rounds, progress)
-    yield from by_lamps
-    if not grows:
-        return
-    yield from growth("lamps", [record for record in by_lamps if record["law"] in GROWING])
-    for what, settings in (
-        ("pixels", [Setting(GROWTH_LAMPS, pixels=share) for share in PIXELS]),
-        ("triangles", [Setting(GROWTH_LAMPS, triangles=detail) for detail in stage.details]),
-    ):
-        yield from growth(what, [one for setting in settings for one in compare(stage, setting, GROWING, rounds, progress)])
+def records(characters: Characters, quick: bool, progress: Progress) -> Iterator[Record]:
+    """Yield a record for each variant, number of lights and clock, how the cost grows (not if `quick`), and the scene as built."""
+    lights, rounds = (QUICK_LIGHTS, QUICK_ROUNDS) if quick else (LIGHTS, ROUNDS)
+    by_lights = [one for count in lights for one in compare(characters, Setting(count), VARIANTS, rounds, progress)]
+    yield from by_lights
+    if not quick:
+        yield from growths(characters, by_lights, rounds, progress)
+    about = {"lit_by": AS_BUILT, "lights": 1, **characters.prepare_as_built()}
+    with progress.step(AS_BUILT, len(AS_BUILT_VARIANTS) * rounds):
+        yield from interleaved(characters, about, AS_BUILT_VARIANTS, rounds, progress.within)
 
 
-def compare(stage: Stage, setting: Setting, laws: Mapping[str, Law], rounds: int, progress: Progress) -> list[Record]:
+def compare(drawing: Drawing, setting: Setting, laws: Mapping[str, Law], rounds: int, progress: Progress) -> list[Record]:
     """Return a record for each of `laws` and each clock, after `rounds` in which all take turns, every other one backwards."""
-    about = {"lit_by": f"{setting.lamps} sun{'s' * (setting.lamps > 1)}", "lamps": setting.lamps, **stage.prepare(setting)}
+    about = {"lit_by": f"{setting.lights} sun{'s' * (setting.lights > 1)}", "lights": setting.lights, **drawing.prepare(setting)}
     text = f"{about['lit_by']}  {about['width']} x {about['height']}  {about['triangles']} triangles"
-    with progress.step(text, _work(laws, setting.lamps, rounds)):
-        return in_turns(stage, about, laws, rounds, lambda done: progress.within(done * _frame_work(setting.lamps)))
+    with progress.step(text, _work(laws, setting.lights, rounds)):
+        return interleaved(drawing, about, laws, rounds, lambda done: progress.within(done * _frame_work(setting.lights)))
 
 
-def in_turns(
-    stage: Stage, about: Record, laws: Mapping[str, Law], rounds: int, told: Callable[[int], None] = lambda _: None
+def interleaved(
+    drawing: Drawing, about: Record, laws: Mapping[str, Law], rounds: int, report: Callable[[int], None]
 ) -> list[Record]:
     """Return a record for each of `laws` and each clock: `about`, the median time and its quartiles, and so of each round's ratio.
 
-    The stage draws what it is prepared for. `told` hears how many frames are done.
+    What is prepared is drawn. `report` is called with how many frames are done.
     """
     for one in laws.values():
-        stage.frame(one)  # counts for nothing, as shaders are compiled in it
+        drawing.frame(one)  # counts for nothing, as shaders are compiled in it
     names = list(laws)
     rows: list[dict[str, Times]] = []
     for turn in range(rounds):
         row = {}
         for name in names[::-1] if turn % 2 else names:
-            row[name] = stage.frame(laws[name])
-            told(turn * len(laws) + len(row))
+            row[name] = drawing.frame(laws[name])
+            report(turn * len(laws) + len(row))
         rows.append(row)
-    made = []
+    found = []
     for name in names:
-        for clock in (clock for clock in rows[0][name] if all(clock in row[name] for row in rows)):
-            record = {"home": "realtime", "law": name, "clock": clock, **about, "rounds": rounds}
+        for clock in rows[0][name]:
+            record = {"target": "realtime", "model": name, "clock": clock, **about, "rounds": rounds}
             record |= _spread("seconds", [row[name][clock] for row in rows])
             for key, other in (("over_lambert", LAMBERT), ("over_plain_lambert", PLAIN_LAMBERT)):
                 if other in laws:
                     record |= _spread(key, [row[name][clock] / row[other][clock] for row in rows])
-            made.append(record)
-    return made
+            found.append(record)
+    return found
+
+
+def growths(drawing: Drawing, by_lights: Sequence[Record], rounds: int, progress: Progress) -> Iterator[Record]:
+    """Yield how the cost grows with lights, as timed, with pixels and with triangles."""
+    yield from growth("lights", [record for record in by_lights if record["model"] in GROWING])
+    for what, factors in (("pixels", PIXELS), ("triangles", TRIANGLES)):
+        settings = [replace(Setting(GROWTH_LIGHTS), **{what: factor}) for factor in factors]
+        yield from growth(what, [one for setting in settings for one in compare(drawing, setting, GROWING, rounds, progress)])
 
 
 def growth(what: str, found: Sequence[Record]) -> Iterator[Record]:
-    """Yield for each law and clock of `found` the line that a frame's seconds follow: where it starts, and its slope by `what`.
+    """Yield for each model and clock of `found` the line that a frame's seconds follow: where it starts, and its slope by `what`.
 
     Pixels and triangles are counted in millions. `off` is how far the farthest point is from the line, as a share of its own.
     """
-    for name, clock in dict.fromkeys((record["law"], record["clock"]) for record in found):
-        mine = [record for record in found if (record["law"], record["clock"]) == (name, clock)]
-        points = [(_amount(what, record), record["seconds"]) for record in mine]
+    for name, clock in dict.fromkeys((record["model"], record["clock"]) for record in found):
+        points = [(_amount(what, one), one["seconds"]) for one in found if (one["model"], one["clock"]) == (name, clock)]
         if len(points) > 1:
             slope, start = linear_regression(*zip(*points, strict=True))
             off = max(abs(start + slope * x - y) / y for x, y in points)
-            about = {"home": "realtime", "law": name, "clock": clock, "grows_with": what}
+            about = {"target": "realtime", "model": name, "clock": clock, "grows_with": what}
             yield {**about, "points": points, "start": start, "slope": slope, "off": off}
-
-
-def tell(found: Sequence[Record], renderer: str, terminal: Terminal) -> None:
-    """Show the records in tables and name what drew; times are shown where that is no software."""
-    absolute = not is_software(renderer)
-    terminal.say(f"Drawn by {renderer}" + ("" if absolute else ": software rendering, so ratios alone"))
-    for clock in dict.fromkeys(record["clock"] for record in found):
-        title = f"A frame's time by {clock} over that of lambert.glsl / of plain Lambert, medians"
-        terminal.table(title, *table(found, clock, absolute))
-    if grown := growth_table(found, absolute):
-        terminal.table("What of a frame's time is fixed and what grows, on the line through all", *grown)
 
 
 def table(found: Sequence[Record], clock: str, absolute: bool) -> Table:
@@ -166,55 +264,48 @@ def table(found: Sequence[Record], clock: str, absolute: bool) -> Table:
     """
     timed = [record for record in found if "over_plain_lambert" in record and record["clock"] == clock]
     lights = tuple(dict.fromkeys(record["lit_by"] for record in timed))
-    cells = {(record["law"], record["lit_by"]): _cell(record, absolute) for record in timed}
-    names = dict.fromkeys(record["law"] for record in timed)
+    cells = {(record["model"], record["lit_by"]): _cell(record, absolute) for record in timed}
+    names = dict.fromkeys(record["model"] for record in timed)
     rows: list[tuple[str, ...]] = [(name, *(cells.get((name, light), "") for light in lights)) for name in names]
-    return ("Law", *lights), rows
+    return ("Model", *lights), rows
 
 
-def growth_table(found: Sequence[Record], absolute: bool) -> Table | None:
-    """Return columns and rows for people: shares of the dearest frame timed, and in milliseconds if they are `absolute`.
-
-    None where nothing grew.
-    """
+def growth_table(found: Sequence[Record], absolute: bool) -> Table:
+    """Return columns and rows: shares of the slowest frame timed, and the line in milliseconds if times are `absolute`."""
     rows: list[tuple[str, ...]] = []
     for record in found:
         if "grows_with" in record:
             start, slope = record["start"], record["slope"]
             most, seconds = max(record["points"])
-            shares = (
-                f"{100.0 * start / seconds:.0f} %",
-                f"{100.0 * slope * most / seconds:.0f} %",
-                f"{100.0 * record['off']:.0f} %",
-            )
+            shares = [f"{100.0 * share:.0f} %" for share in (start / seconds, slope * most / seconds, record["off"])]
             line = (f"{1e3 * start:.3g} + {1e3 * slope:.3g} x ms",) if absolute else ()
-            unit = "" if record["grows_with"] == "lamps" else " million"
-            rows.append((f"{record['law']}, {record['clock']}", f"{most:.3g}{unit} {record['grows_with']}", *shares, *line))
-    return (("Law", "At", "Fixed", "Grows", "Off the line", *("Line",) * absolute), rows) if rows else None
+            unit = "" if record["grows_with"] == "lights" else " million"
+            rows.append((f"{record['model']}, {record['clock']}", f"{most:.3g}{unit} {record['grows_with']}", *shares, *line))
+    return ("Model", "At", "Fixed", "Grows", "Off the line", *("Line",) * absolute), rows
 
 
-def _frame_work(lamps: int) -> float:
-    return 1.0 + lamps / 5.0
+def _frame_work(lights: int) -> float:
+    return 1.0 + lights / 5.0
 
 
-def _work(laws: Mapping[str, Law], lamps: int, rounds: int) -> float:
-    return len(laws) * rounds * _frame_work(lamps)
+def _work(laws: Mapping[str, Law], lights: int, rounds: int) -> float:
+    return len(laws) * rounds * _frame_work(lights)
 
 
 def _spread(key: str, values: Sequence[float]) -> Record:
     """Return the median of `values`, and under `key`_low and `key`_high their quartiles."""
-    low, _, high = quantiles(values, n=4, method="inclusive") if len(values) > 1 else (*values, *values, *values)
+    low, _, high = quantiles(values, n=4, method="inclusive")
     return {key: median(values), f"{key}_low": low, f"{key}_high": high}
 
 
 def _amount(what: str, record: Record) -> float:
-    """Return how many lamps, or how many millions of pixels or triangles, a record has."""
-    match what:
-        case "lamps":
-            return record["lamps"]
-        case "pixels":
-            return record["width"] * record["height"] * 1e-6
-    return record["triangles"] * 1e-6
+    """Return how many lights, or how many millions of pixels or triangles, a record has."""
+    amounts = {
+        "lights": record["lights"],
+        "pixels": 1e-6 * record["width"] * record["height"],
+        "triangles": 1e-6 * record["triangles"],
+    }
+    return amounts[what]
 
 
 def _cell(record: Record, absolute: bool) -> str:
