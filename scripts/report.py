@@ -4,21 +4,20 @@
 uv run scripts/report.py --quick
 """
 
-import csv
-import io
 import os
 import sys
 import time
 from argparse import ArgumentTypeError, Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
+from true_diffuse.scripts.cli import startup
 from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, script_arguments
 from true_diffuse.scripts.cli.outputs import Staging
 from true_diffuse.scripts.cli.startup import ENGINE_KEYS, engine_list, load_bpy, load_character, run_script, start_blender
@@ -26,15 +25,11 @@ from true_diffuse.scripts.farm import jobs
 
 if TYPE_CHECKING:
     from true_diffuse.addon.blender.engines import Engine
-    from true_diffuse.addon.measure.record import Record
-    from true_diffuse.scripts.studies.work_precision.journal import Journal, Notes
+    from true_diffuse.scripts.studies.work_precision.journal import Journal
     from true_diffuse.scripts.studies.work_precision.test_scenes import Stage
 
 SCENES = ("sphere", "furnace", "five", "face")
-VERSION = 1  # of report.json
-# Compiling shaders is measured, so the driver must not know them from an earlier run.
-NO_SHADER_CACHE = {"MESA_SHADER_CACHE_DISABLE": "true", "__GL_SHADER_DISK_CACHE": "0"}
-SHADERS_WORK, RANDOM_INPUTS = 15.0, 2000  # [s], of each model
+SHADERS_WORK = 15.0  # [s]
 LEAST_WORK = 1e-9  # where all is done already
 JOURNALS = {True: ".journal_quick", False: ".journal"}  # neither run takes the other's
 AGAIN = "run it again to go on from here"
@@ -67,7 +62,7 @@ def main() -> int:
     if len(options.character) > 1:
         parser.error("several characters need --job")
     options.out = options.out or Path("report")
-    os.environ.update(NO_SHADER_CACHE)
+    os.environ.update(startup.NO_SHADER_CACHE)
     return run_script(parser.prog, options.out, partial(report, options), AGAIN)
 
 
@@ -75,10 +70,11 @@ def report(options: Namespace, staging: Staging, terminal: Terminal) -> None:
     """Measure what is not measured yet, write everything into `staging` and publish it."""
     engines = start_blender(options.engine, terminal)
     from true_diffuse.addon.probe.environment import environment
+    from true_diffuse.scripts.studies.work_precision import document
     from true_diffuse.scripts.studies.work_precision import journal as journals
 
     machine = environment(engines)
-    asked = asked_for(options.quick, [engine.key for engine in engines], options.scene, options.character[0])
+    asked = document.options(options.quick, [engine.key for engine in engines], options.scene, options.character[0])
     try:
         folder = options.out / JOURNALS[options.quick]
         journal = journals.Journal(folder, {"environment": machine, "options": asked, "sources": journals.sources()})
@@ -89,29 +85,14 @@ def report(options: Namespace, staging: Staging, terminal: Terminal) -> None:
     if journal.is_begun:
         terminal.say(f"Going on from {len(journal.units)} results that are there already")
     measure(options, engines, journal, terminal)
-    said = write({"environment": machine, "options": asked}, journal, "", staging)
+    texts, advice = document.files({"environment": machine, "options": asked}, journal)
+    for name, text in texts.items():
+        staging.write_text(name, text)
     written = staging.publish()
     journal.remove()
-    for line in said:
+    for line in advice:
         terminal.say(line)
     terminal.say(f"Wrote {', '.join(written)} to {options.out}")
-
-
-def asked_for(quick: bool, engines: Sequence[str], scenes: Sequence[str], character: str) -> dict[str, Any]:
-    """Return what was asked for as report.json keeps it."""
-    asked: dict[str, Any] = {"quick": quick, "engines": list(engines), "scenes": list(scenes)}
-    return asked | ({"character": character} if "five" in scenes else {})
-
-
-def write(made: dict[str, Any], journal: "Notes", prefix: str, staging: Staging) -> list[str]:
-    """Stage the report, its names after `prefix`, of what a journal holds and how it was `made`; returns what it recommends."""
-    from true_diffuse.scripts.studies.work_precision import page
-
-    document: dict[str, Any] = {"version": VERSION, **made, **results(journal)}
-    staging.write_json(f"{prefix}report.json", document)
-    staging.write_text(f"{prefix}report.csv", table(document["curves"]))
-    staging.write_text(f"{prefix}index.html", page.html(document))
-    return [f"{one['scene']}, {one['engine']}: {one['text']}" for one in document["recommendations"]]
 
 
 def order(options: Namespace, staging: Staging, terminal: Terminal) -> None:
@@ -122,12 +103,12 @@ def order(options: Namespace, staging: Staging, terminal: Terminal) -> None:
     characters = jobs.characters(options.character)
     hard = not options.quick and find_spec("mpmath") is not None
     ordered = Order(characters, options.engine, options.scene, options.quick, hard)
-    document = {"study": "report", "order": ordered.packed()}
+    job = {"study": "report", "order": ordered.packed()}
     description = f"{', '.join(options.scene)} in {', '.join(options.engine)}, {len(characters)} characters"
     jobs.write_job(
         "True Diffuse, error against run time",
         description,
-        document,
+        job,
         jobs.report_steps(ordered),
         (options.job, options.out),
         staging,
@@ -146,7 +127,7 @@ def measure(options: Namespace, engines: list["Engine"], journal: "Journal", ter
         run.run(parts, engines, journal, progress)
         for home in homes:
             with progress.step(f"Hard inputs  {home}", SHADERS_WORK):
-                hard_inputs(home, journal)
+                run.hard_inputs(home, journal)
 
 
 def shader_homes(engines: list["Engine"], journal: "Journal", terminal: Terminal) -> list[str]:
@@ -159,18 +140,6 @@ def shader_homes(engines: list["Engine"], journal: "Journal", terminal: Terminal
     keys = [engine.key for engine in engines]
     homes = ["GLSL"] * ("eevee" in keys) + ["OSL"] * ("cycles" in keys and compiles_osl())
     return [home for home in homes if ("shaders", home) not in journal.units]
-
-
-def hard_inputs(home: str, journal: "Notes") -> None:
-    """Keep what a home of the models makes of random and of hard inputs, in 32-bit floats."""
-    from true_diffuse.scripts.studies import reference_mpmath, stability_glsl, stability_osl
-    from true_diffuse.scripts.studies.work_precision.stability import shaders
-    from true_diffuse.scripts.studies.work_precision.test_scenes import Silent
-
-    quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
-    study = stability_glsl if home == "GLSL" else stability_osl
-    found = list(study.stability(reference_mpmath.radiance, quick, RANDOM_INPUTS, Silent()))
-    journal.add(("shaders", home), {"records": shaders(found)})
 
 
 def build(options: Namespace, engines: list["Engine"], journal: "Journal") -> list["Stage"]:
@@ -193,36 +162,6 @@ def build(options: Namespace, engines: list["Engine"], journal: "Journal") -> li
             journal.add(key, {"scene": name, "seconds": time.perf_counter() - start, "reference": stage.reference_text})
         built.append(stage)
     return built
-
-
-def results(journal: "Notes") -> "dict[str, list[Record]]":
-    """Return what report.json holds beside the machine and the options."""
-    from true_diffuse.scripts.studies.work_precision import claims, curves, run, stability, startup_time
-    from true_diffuse.scripts.studies.work_precision.variants import SIGMA
-
-    noise = {one["scene"]: one["error"] for one in journal.of(run.NOISE)}
-    found = curves.curves(journal.of(run.UNIT), journal.of(run.COLD), noise)
-    found += [curves.glsl(one, "Oren-Nayar", SIGMA) for one in journal.of(run.GLSL)]
-    return {
-        "scenes": list(journal.of("build")),
-        "curves": found,
-        "cold": startup_time.records(found, journal),
-        "stability": list(stability.records()),
-        "shaders": [record for one in journal.of("shaders") for record in one["records"]],
-        "claims": claims.records(found, list(journal.of(run.FORM)), list(journal.of(run.LUMINANCE))),
-        "recommendations": curves.recommendations(found),
-    }
-
-
-def table(curves: "list[Record]") -> str:
-    """Return the points of all curves as CSV."""
-    names = ("scene", "engine", "osl", "label", "kind", "group", "model", "mode", "sigma", "target", "reference", "reference_error")
-    rows = [{**{name: curve[name] for name in names}, **point} for curve in curves for point in curve["points"]]
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]) if rows else list(names), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
 
 
 if __name__ == "__main__":

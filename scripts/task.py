@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import BAD_INPUT, BadInput, Parser, Terminal, script_arguments
 from true_diffuse.scripts.cli.outputs import Staging
-from true_diffuse.scripts.cli.startup import start_blender
+from true_diffuse.scripts.cli.startup import NO_SHADER_CACHE, start_blender
 from true_diffuse.scripts.farm import worker
 from true_diffuse.scripts.farm.bundle import JOB
 from true_diffuse.scripts.farm.results import BatchError, Incomplete, Results
@@ -173,8 +173,6 @@ def server(options: Namespace, terminal: Terminal) -> "Callable[[Request, Show],
     """Start Blender and return what does requests."""
     document, job = read_job(options)
     if document["study"] == "report":
-        from true_diffuse.scripts.report import NO_SHADER_CACHE
-
         os.environ.update(NO_SHADER_CACHE)
     usable = start_blender(document["order"]["engines"], terminal)
     study = studies()[document["study"]](document, usable)

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from true_diffuse.addon.blender.engines import Engine
 
 ENGINE_KEYS = ("eevee", "cycles", "realtime")
+# Where compiling shaders is measured, the driver must not know them from an earlier run.
+NO_SHADER_CACHE = {"MESA_SHADER_CACHE_DISABLE": "true", "__GL_SHADER_DISK_CACHE": "0"}
 NODE_ENGINES = ("eevee", "cycles")  # that render what the groups' nodes say
 
 

@@ -8,7 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import BadInput, Terminal
 from true_diffuse.scripts.cli.outputs import Staging
 from true_diffuse.scripts.farm import bundle, inputs
@@ -207,11 +206,10 @@ class ReportJob:
     """Who does the tasks of the study of error against run time."""
 
     def __init__(self, document: Mapping[str, Any], usable: Sequence["Engine"]) -> None:
-        from true_diffuse.scripts import report
         from true_diffuse.scripts.farm.report import Order, Study
 
         self.order = Order.unpacked(document["order"])
-        self.study = Study(self.order, usable, report.hard_inputs)
+        self.study = Study(self.order, usable)
 
     def do(self, step: str, given: Mapping[str, str], results: Results, show: "Show") -> None:
         """Do the parts that `given` chooses; raises BatchError."""
@@ -240,16 +238,19 @@ class ReportJob:
 
     def collect(self, results: Results, staging: Staging) -> list[str]:
         """Write what the parts came to; returns what to say of it. Raises BatchError, BadInput."""
-        from true_diffuse.scripts import report
         from true_diffuse.scripts.farm.report import collect
+        from true_diffuse.scripts.studies.work_precision import document
 
         said = []
         for name, one in collect(self.order, results).items():
-            asked = report.asked_for(self.order.quick, self.order.engines, self.order.scenes, name)
-            made = {"environment": one.environment, "options": asked}
+            asked = document.options(self.order.quick, self.order.engines, self.order.scenes, name)
+            about = {"environment": one.environment, "options": asked}
             if one.environments:
-                made["environments"] = one.environments
+                about["environments"] = one.environments
             prefix = f"{name}_" if len(self.order.characters) > 1 else ""
-            said += [f"{prefix}{line}" for line in report.write(made, one.notes, prefix, staging)]
+            texts, advice = document.files(about, one.notes)
+            for file, text in texts.items():
+                staging.write_text(f"{prefix}{file}", text)
+            said += [f"{prefix}{line}" for line in advice]
         written = staging.publish()
         return [*said, f"Wrote {', '.join(written)} to {staging.target}"]

@@ -29,8 +29,6 @@ BESIDE = "beside"  # what is measured beside the contestants
 SHADERS = "shaders"  # in place of a scene: what GLSL and OSL make of hard inputs
 WORK, LEAST_WORK = 15.0, 1e-9  # [s], of hard inputs, roughly; of nothing
 
-type Hard = Callable[[str, Notes], None]  # keeps what GLSL or OSL makes of hard inputs
-
 
 @dataclass(frozen=True)
 class Order:
@@ -99,12 +97,11 @@ class Part:
 
 
 class Study:
-    """Who does parts of an `order` with the engines that run here, and keeps the last scene. `hard` does hard inputs."""
+    """Who does parts of an `order` with the engines that run here, and keeps the last scene."""
 
-    def __init__(self, order: Order, usable: Sequence[Engine], hard: Hard) -> None:
+    def __init__(self, order: Order, usable: Sequence[Engine]) -> None:
         self.order = order
         self.used = [engine for engine in usable if engine.key in order.engines]
-        self.hard = hard
         self._stage: Stage | None = None
         self._place: tuple[str, str] | None = None
         self._build_seconds = 0.0
@@ -123,7 +120,7 @@ class Study:
         notes, files = Notes(), {}
         if part.scene == SHADERS:
             with told(WORK).step(f"Hard inputs  {part.label}", WORK):
-                self.hard(part.label, notes)
+                run.hard_inputs(part.label, notes)
         else:
             stage = self._prepare(part)
             self._render(part, stage, notes, results, told)

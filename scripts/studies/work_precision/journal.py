@@ -13,7 +13,10 @@ from true_diffuse.addon.measure.record import Record
 
 UNITS, PICTURE = "units.jsonl", "{}.f32"
 ROOT = Path(__file__).resolve().parents[3]
-SOURCES = ("addon/models", "addon/nodes", "addon/measure", "addon/realtime", "addon/studies/work_precision", "scenes", "shaders")
+SOURCES = (
+    *(f"addon/{room}" for room in ("models", "closures", "blender", "nodes", "material", "measure", "realtime")),
+    *("scenes", "scripts/characters", "scripts/studies", "shaders"),
+)
 
 type Key = tuple[str | int, ...]
 

@@ -4,6 +4,7 @@
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import bpy
 
@@ -12,6 +13,7 @@ from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.scripts.studies import cost, five
 from true_diffuse.scripts.studies.glsl_values import evaluate
+from true_diffuse.scripts.studies.work_precision import stability
 from true_diffuse.scripts.studies.work_precision.journal import Key, Notes
 from true_diffuse.scripts.studies.work_precision.test_scenes import (
     ANALYTIC,
@@ -30,6 +32,7 @@ UNIT, COLD, STARTUP, REFERENCE, NOISE = "unit", "cold", "start-up", "reference",
 GLSL, FORM, LUMINANCE = "glsl", "form", "luminance"
 GLSL_WORK = 5.0  # [s]
 LUMINANCE_WORK, LUMINANCE_SAMPLES = 2.0, 4  # [s]
+RANDOM_INPUTS = 2000  # of each model
 STARTUP_WORK = 8.0  # [s], of EEVEE's own shaders
 
 
@@ -237,3 +240,13 @@ def _glsl(stage: Sphere, journal: Notes) -> None:
         journal.add((FORM, form["form"]), form)
     seconds = 1e-9 * safe["nanoseconds"] * len(expected.pixels)
     journal.add((GLSL, stage.name), {"scene": stage.name, "seconds": seconds, "error": (squares / total) ** 0.5})
+
+
+def hard_inputs(home: str, journal: Notes) -> None:
+    """Keep what a home of the models, GLSL or OSL, makes of random and of hard inputs, in 32-bit floats."""
+    from true_diffuse.scripts.studies import reference_mpmath, stability_glsl, stability_osl  # need the package mpmath
+
+    quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
+    study = stability_glsl if home == "GLSL" else stability_osl
+    found = list(study.stability(reference_mpmath.radiance, quick, RANDOM_INPUTS, Silent()))
+    journal.add(("shaders", home), {"records": stability.shaders(found)})
