@@ -7,7 +7,7 @@ import pytest
 from mathutils import Vector
 
 import true_diffuse
-from true_diffuse.addon.nodes.chosen_lights import LAMPS
+from true_diffuse.addon.nodes.chosen_lights import LIGHTS
 from true_diffuse.addon.ui import menus
 from true_diffuse.scenes import subject
 
@@ -45,7 +45,7 @@ def test_choose_lamps_takes_the_selected_lights() -> None:
     chosen = bpy.context.object
     chosen.select_set(True)
     assert bpy.ops.true_diffuse.choose_lamps() == {"FINISHED"}
-    drivers = LAMPS.ensure().animation_data.drivers
+    drivers = LIGHTS.ensure().animation_data.drivers
     followed = {target.id for curve in drivers for variable in curve.driver.variables for target in variable.targets}
     assert followed == {chosen, chosen.data}
 

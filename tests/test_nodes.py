@@ -226,9 +226,9 @@ def test_group_is_not_taken_for_the_users_copy() -> None:
 
 def test_chosen_lamps_reach_appended_groups() -> None:
     sphere = sphere_under_sun(8)
-    beside = chosen_lights.LAMPS.ensure().copy()  # as appending another file leaves it
+    beside = chosen_lights.LIGHTS.ensure().copy()  # as appending another file leaves it
     chosen_lights.choose([sphere.sun])
-    for tree in (chosen_lights.LAMPS.ensure(), beside):
+    for tree in (chosen_lights.LIGHTS.ensure(), beside):
         followed = {target.id for curve in tree.animation_data.drivers for v in curve.driver.variables for target in v.targets}
         assert followed == {sphere.sun, sphere.sun.data}
 

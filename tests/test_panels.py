@@ -265,10 +265,10 @@ def test_deleted_lamps_drop_out() -> None:
     first, second = light("First"), light("Second")
     bpy.context.view_layer.update()
     chosen_lights.choose([first, second])
-    nodes = len(chosen_lights.LAMPS.ensure().nodes)
+    nodes = len(chosen_lights.LIGHTS.ensure().nodes)
     bpy.data.objects.remove(first)
     bpy.context.view_layer.update()
-    assert chosen_lights.chosen() == [second] and len(chosen_lights.LAMPS.ensure().nodes) < nodes
+    assert chosen_lights.chosen() == [second] and len(chosen_lights.LIGHTS.ensure().nodes) < nodes
 
 
 def test_preset_gives_the_node_its_values() -> None:

@@ -151,14 +151,14 @@ def test_standard_specular_without_modes_keeps_its_lobe() -> None:
     assert f"inputs[{node.inputs.find('Exponent')}]" in curve.data_path
 
 
-def test_changed_and_newer_groups_are_left_alone() -> None:
+def test_edited_and_newer_groups_are_left_alone() -> None:
     _, node = old_material()
     node.node_tree.nodes.new("ShaderNodeValue")
     newer = replace(OLD, version=ROUGH_DIFFUSE.version + 1)
     other = materials.create("Newer", newer).node_tree.nodes[newer.name]
     report = upgrade.upgrade()
     assert not report.upgraded and len(report.lines) == 2
-    assert "changed" in " ".join(report.lines) and "newer" in " ".join(report.lines)
+    assert "edited" in " ".join(report.lines) and "newer" in " ".join(report.lines)
     assert node.node_tree[STAMP] == OLD.stamp and other.node_tree[STAMP] == newer.stamp
 
 
@@ -172,13 +172,13 @@ def test_linked_material_is_left_alone_and_said(tmp_path: Path) -> None:
     assert not report.upgraded and len(report.lines) == 1 and "linked" in report.lines[0]
 
 
-def test_chosen_lamps_are_kept() -> None:
-    old_lamps = replace(chosen_lights.LAMPS, version=0)
+def test_chosen_lights_are_kept() -> None:
+    old_lights = replace(chosen_lights.LIGHTS, key="lamps", version=1)
     lights = [bpy.data.objects.new(name, bpy.data.lights.new(name, "POINT")) for name in ("A", "B")]
-    old_lamps.rebuild(lambda graph: chosen_lights.build(graph, lights))
+    old_lights.rebuild(lambda graph: chosen_lights.build(graph, lights))
     old_material()
     upgrade.upgrade()
-    drivers = chosen_lights.LAMPS.ensure().animation_data.drivers
+    drivers = chosen_lights.LIGHTS.ensure().animation_data.drivers
     followed = {target.id for curve in drivers for variable in curve.driver.variables for target in variable.targets}
     assert set(lights) <= followed
 

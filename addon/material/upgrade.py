@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Files made with an older True Diffuse: their nodes get the groups of this one, with their links, values and animation.
 
-Sockets are matched by name. A group that somebody has changed, or that a newer True Diffuse made, stays as it is.
+Sockets and menu entries are matched by name; `SOCKETS` and `ENTRIES` map the names of older versions. A group that somebody has
+edited, or that a newer True Diffuse made, stays as it is.
 """
 
 from collections.abc import Iterator
@@ -11,20 +12,29 @@ import bpy
 
 from ..blender import fcurves
 from ..blender.id_properties import AS_BUILT, STAMP
+from ..closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from ..nodes import GROUPS, Group, chosen_lights
 from ..nodes.graph import fingerprint, stamp_of
+
+# Names of version 0.1.0, and what replaces them
+SOCKETS = {"Mode": "Quality", "Mean Free Path": "Subsurface Radius"}
+ENTRIES = {
+    "Quality": {"Lobes": BALANCED, "Lobe": BALANCED, "Single": FAST, "Signed": PRECISE, "Lamps": CHOSEN_LIGHTS},
+    "Model": {"Pits": "Pitted (Koenderink)"},
+}
+LIGHTS_KEYS = (chosen_lights.LIGHTS.key, "lamps")  # of the group of chosen lights, in this version and in 0.1.0
 
 
 @dataclass
 class Report:
-    """What an upgrade did: the owners of the nodes that were upgraded by name, and lines about what stayed or was lost."""
+    """What an upgrade did: the owners of the upgraded nodes by name, and lines about what could not be upgraded or was lost."""
 
     upgraded: list[str] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
-class Old:
+class OldNode:
     """A node whose group is of another version than this True Diffuse's `group`."""
 
     owner: bpy.types.ID
@@ -33,19 +43,29 @@ class Old:
     group: Group
 
     @property
-    def reason(self) -> str:
-        """Why the node stays as it is, empty where it need not."""
-        held = self.node.node_tree
+    def obstacle(self) -> str:
+        """Why the node cannot be upgraded, empty where it can."""
+        tree = self.node.node_tree
         if not self.owner.is_editable or not self.tree.is_editable or self.owner.override_library:
             return "is linked from another file"
         if int(stamp_of(self.node)[1]) > self.group.version:
             return "was made by a newer True Diffuse"
-        if AS_BUILT in held and held[AS_BUILT] != fingerprint(held):
-            return f"holds {held.name}, which somebody has changed"
+        if AS_BUILT in tree and tree[AS_BUILT] != fingerprint(tree):
+            return f"holds {tree.name}, which somebody has edited"
         return ""
 
 
-def outdated() -> Iterator[Old]:
+def current_name(socket: str) -> str:
+    """Return the name in this version of a socket of any version."""
+    return SOCKETS.get(socket, socket)
+
+
+def current_value[Value](socket: str, value: Value) -> Value | str:
+    """Return the value in this version of a socket, by its `current_name`: an entry of a menu may have a new name."""
+    return ENTRIES.get(socket, {}).get(value, value) if isinstance(value, str) else value
+
+
+def outdated() -> Iterator[OldNode]:
     """Yield the nodes of the file whose groups are of another version."""
     groups = {group.key: group for group in GROUPS}
     owners = [item for kind in (bpy.data.materials, bpy.data.worlds, bpy.data.lights) for item in kind if item.node_tree]
@@ -55,41 +75,44 @@ def outdated() -> Iterator[Old]:
         for node in tree.nodes:
             key, version = stamp_of(node)
             if key in groups and version.isdecimal() and int(version) != groups[key].version:
-                yield Old(owner, tree, node, groups[key])
+                yield OldNode(owner, tree, node, groups[key])
 
 
 def upgrade() -> Report:
     """Give the `outdated` nodes the groups of this True Diffuse; returns what was done.
 
-    A group made the least for one use becomes the whole one again.
+    Optimized nodes get the whole group again.
     """
     report = Report()
-    lights = _chosen_lamps()
     for old in list(outdated()):
         name = f"{old.owner.name}: {old.node.label or old.node.name}"
-        if old.reason:
-            report.lines.append(f"{name} {old.reason} and is left alone")
+        if old.obstacle:
+            report.lines.append(f"{name} {old.obstacle} and is left alone")
             continue
-        report.lines += [f"{name} {words}" for words in _upgrade(old)]
+        report.lines += [f"{name} {message}" for message in upgrade_node(old.tree, old.node, old.group)]
         if old.owner.name not in report.upgraded:
             report.upgraded.append(old.owner.name)
-    if lights and report.upgraded and lights != _chosen_lamps(chosen_lights.LAMPS.stamp):
-        chosen_lights.choose(lights)
     return report
 
 
-def _upgrade(old: Old) -> list[str]:
-    """Give a node the group of this version; returns lines about what that has no place for."""
-    tree, node = old.tree, old.node
-    names = [socket.name for socket in node.inputs]
-    values = {socket.name: _value(socket) for socket in node.inputs if hasattr(socket, "default_value")}
-    sources = [(link.from_socket, link.to_socket.name, link.is_muted) for socket in node.inputs for link in socket.links]
+def upgrade_node(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, group: Group) -> list[str]:
+    """Give a `node` of `tree` the `group` of this version; returns lines about what could not be kept."""
+    _keep_chosen_lights()
+    names = [current_name(socket.name) for socket in node.inputs]
+    values = {
+        name: current_value(name, _value(socket))
+        for name, socket in zip(names, node.inputs, strict=True)
+        if hasattr(socket, "default_value")
+    }
+    sources = [
+        (link.from_socket, name, link.is_muted) for name, socket in zip(names, node.inputs, strict=True) for link in socket.links
+    ]
     targets = [(link.from_socket.name, link.to_socket, link.is_muted) for socket in node.outputs for link in socket.links]
     animated = [(curve, curve.data_path, fcurves.input_of(curve)) for curve in fcurves.of_node(tree, node)]
     for curve, _, _ in animated:
         curve.data_path = "none"  # Blender deletes the curves of a socket along with it
     node.node_tree = None  # else Blender would match sockets by their numbers
-    node.node_tree = old.group.ensure()
+    node.node_tree = group.ensure()
     lines = []
     for name, value in values.items():
         try:
@@ -108,9 +131,9 @@ def _upgrade(old: Old) -> list[str]:
             tree.links.new(output, socket).is_muted = is_muted
         else:
             lines.append(f"has no output {name} any more, which was linked")
-    for curve, path, place in animated:
-        if place is not None and names[place] in node.inputs:
-            path = path.replace(f"].inputs[{place}]", f"].inputs[{node.inputs.find(names[place])}]")
+    for curve, path, index in animated:
+        if index is not None and names[index] in node.inputs:
+            path = path.replace(f"].inputs[{index}]", f"].inputs[{node.inputs.find(names[index])}]")
         curve.data_path = path
     return lines
 
@@ -120,12 +143,13 @@ def _value(socket: bpy.types.NodeSocket) -> float | str | tuple[float, ...]:
     return value if isinstance(value, (str, int, float)) else tuple(value)
 
 
-def _chosen_lamps(stamp: str = "") -> list[bpy.types.Object]:
-    """Return the lights that the mode Lamps follows in the file, in its groups of one `stamp` or in those of any version."""
+def _keep_chosen_lights() -> None:
+    """Choose the lights that an older version's group follows, unless lights have been chosen with this version."""
+    if chosen_lights.chosen():
+        return
     for tree in bpy.data.node_groups:
-        own = str(tree.get(STAMP, ""))
-        if own.startswith(stamp or f"{chosen_lights.LAMPS.key}/") and tree.library is None and tree.animation_data:
-            drivers = [curve.driver for curve in tree.animation_data.drivers]
-            found = {target.id: None for driver in drivers for variable in driver.variables for target in variable.targets}
-            return [item for item in found if isinstance(item, bpy.types.Object)]
-    return []
+        if str(tree.get(STAMP, "")).partition("/")[0] in LIGHTS_KEYS and tree.library is None:
+            lights = [light for light in chosen_lights.slots_of(tree) if light is not None]
+            if lights:
+                chosen_lights.choose(lights)
+                return

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The lamps that the mode Lamps is exact for: an inner node group whose drivers follow up to SLOTS light objects of the file.
+"""The lights that the quality Exact for Chosen Lights is exact for: an inner node group whose drivers follow up to SLOTS of them.
 
-For each lamp it gives L, the unit vector towards it from the shading point, and E, the irradiance [W/m^2] that it sends to a plane
-that faces it there, shadows left out. An area lamp counts as its center, a spot with its cone.
+For each light it gives L, the unit vector towards it from the shading point, and E, the irradiance [W/m^2] on a plane that faces it
+there, without shadows. An area light counts as its center, a spot with its cone.
 """
 
 import math
@@ -16,11 +16,12 @@ from .graph import Graph, Group, Number, Socket, Value
 SLOTS = 4
 CHANNELS = ("red", "green", "blue")
 NEAR = 1e-12  # m^2, the least squared distance
-# Where the chosen lamps together send less than this share of what they could, what they are weighed for goes over to that for
-# light from elsewhere, or the terminator would be a crease in it.
+# Where the chosen lights together send less than this fraction of what they could, the weighted mean fades to its value for light
+# from elsewhere; else it would crease at the terminator.
 FADE = 0.005
+MENU_PATH = "Object > True Diffuse > Use Selected Lights"  # the operator that chooses them
 
-L = Socket("L", "NodeSocketVector", "Unit vector towards the lamp", (0.0, 0.0, 0.0))
+L = Socket("L", "NodeSocketVector", "Unit vector towards the light", (0.0, 0.0, 0.0))
 
 
 def build_none(graph: Graph) -> dict[str, Value]:
@@ -28,22 +29,22 @@ def build_none(graph: Graph) -> dict[str, Value]:
 
 
 def build(graph: Graph, chosen: Sequence[bpy.types.Object]) -> dict[str, Value]:
-    """Return L and E of each slot; those without a lamp send nothing."""
+    """Return L and E of each slot; E is 0 in slots without a light."""
     outputs = {}
     dark = graph.vector(0.0, 0.0, 0.0)
     for slot in range(SLOTS):
-        l, e = lamp(graph, chosen[slot]) if slot < len(chosen) else (dark, dark)
+        l, e = light_vectors(graph, chosen[slot]) if slot < len(chosen) else (dark, dark)
         outputs[f"L {slot + 1}"], outputs[f"E {slot + 1}"] = l, e
     return outputs
 
 
-def lamp(graph: Graph, light: bpy.types.Object) -> tuple[Value, Value]:
+def light_vectors(graph: Graph, light: bpy.types.Object) -> tuple[Value, Value]:
     """Return L and E of a light object."""
     data = light.data
     color = graph.vector(*(graph.property(f"{light.name} {name}", data, f"color[{i}]") for i, name in enumerate(CHANNELS)))
     strength = graph.property("Strength", data, "energy") * graph.math("POWER", 2.0, graph.property("Exposure", data, "exposure"))
     energy = color * (strength * (1.0 - graph.property("Hidden", light, "hide_render")))
-    # the lamp's own z axis, from the quaternion of its rotation: it shines the other way
+    # the light's local z axis, from the quaternion of its rotation; it shines along -z
     axis = graph.vector(
         graph.rotation(f"{light.name} axis X", light, "2*(x*z+w*y)"),
         graph.rotation(f"{light.name} axis Y", light, "2*(y*z-w*x)"),
@@ -60,26 +61,26 @@ def lamp(graph: Graph, light: bpy.types.Object) -> tuple[Value, Value]:
     facing = graph.maximum(graph.dot(l, axis), 0.0)
     if data.type == "AREA":
         return l, power * (facing * (1.0 / math.pi))
-    # Blender's cone: a smooth step from the cosine of half its angle, over a share of what is inside
+    # Blender's cone: a smooth step that starts at the cosine of half its angle, over a fraction of the inside
     edge = graph.math("COSINE", graph.property("Cone", data, "spot_size") * 0.5)
     blend = graph.maximum((1.0 - edge) * graph.property("Blend", data, "spot_blend"), 1e-6)
     t = graph.clamp((facing - edge) / blend, 0.0, 1.0)
     return l, power * (t * t * (3.0 - 2.0 * t) * (1.0 / (4.0 * math.pi)))
 
 
-LAMPS = Group("lamps", ".True Diffuse Lamps", "Lamps", 1, "The lamps that the mode Lamps is exact for", (), build_none)
+LIGHTS = Group("lights", ".True Diffuse Lights", "Lights", 2, "The lights that materials are exact for", (), build_none)
 
 
-def weighed(graph: Graph, under: Callable[[Value], tuple[Value, Value]], elsewhere: Number) -> Value:
-    """Return the mean of what a surface is under the chosen lamps, weighted by what each would send, shadows left out.
+def weighted_mean(graph: Graph, under: Callable[[Value], tuple[Value, Value]], elsewhere: Number) -> Value:
+    """Return the mean of a quantity over the chosen lights, weighted by the irradiance of each, without shadows.
 
-    `under` gives for a lamp's L what it is there, and N.L. Light from elsewhere, little beside them, counts with `elsewhere`.
+    `under` returns for a light's L the quantity there, and N.L. Light from elsewhere has a small weight and the value `elsewhere`.
     """
-    places = graph.group(LAMPS)
+    vectors = graph.group(LIGHTS)
     reflected, received, irradiances = [], [], []
     for slot in range(1, SLOTS + 1):
-        value, mu = under(places[f"L {slot}"])
-        irradiances.append(places[f"E {slot}"])
+        value, mu = under(vectors[f"L {slot}"])
+        irradiances.append(vectors[f"E {slot}"])
         received.append(irradiances[-1] * mu)
         reflected.append(value * received[-1])
     most = sum(irradiances[1:], irradiances[0]) * FADE
@@ -89,8 +90,13 @@ def weighed(graph: Graph, under: Callable[[Value], tuple[Value, Value]], elsewhe
 
 def slots() -> list[bpy.types.Object | None]:
     """Return the light object of each slot, None where the slot is empty or its light has been deleted."""
-    tree = next(iter(LAMPS.trees()), None)
-    if tree is None or tree.animation_data is None:
+    tree = next(iter(LIGHTS.trees()), None)
+    return slots_of(tree) if tree else [None] * SLOTS
+
+
+def slots_of(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.Object | None]:
+    """Return the `slots` of one tree of the group."""
+    if tree.animation_data is None:
         return [None] * SLOTS
     followed = {}  # the light that a node's driver reads, by the node
     for curve in tree.animation_data.drivers:
@@ -98,38 +104,38 @@ def slots() -> list[bpy.types.Object | None]:
             if target.data_path == "hide_render":
                 followed[curve.data_path.split('"')[1]] = target.id
     end = next(node for node in tree.nodes if node.bl_idname == "NodeGroupOutput")
-    return [_first(followed, end.inputs[f"E {slot + 1}"]) for slot in range(SLOTS)]
+    return [_light_upstream(followed, end.inputs[f"E {slot + 1}"]) for slot in range(SLOTS)]
 
 
-def _first(followed: dict[str, bpy.types.Object], socket: bpy.types.NodeSocket) -> bpy.types.Object | None:
+def _light_upstream(followed: dict[str, bpy.types.Object], socket: bpy.types.NodeSocket) -> bpy.types.Object | None:
     """Return the light that a node upstream of `socket` follows."""
     for link in socket.links:
         if link.from_node.name in followed:
             return followed[link.from_node.name]
-        for before in link.from_node.inputs:
-            if light := _first(followed, before):
+        for upstream in link.from_node.inputs:
+            if light := _light_upstream(followed, upstream):
                 return light
     return None
 
 
 def choose(lights: Sequence[bpy.types.Object]) -> None:
-    """Make the mode Lamps of all materials in the file follow `lights`; raises ValueError for what is no lamp or for too many."""
+    """Make all materials in the file exact for `lights`; raises ValueError for other objects or for more than SLOTS."""
     if len(lights) > SLOTS:
-        raise ValueError(f"at most {SLOTS} lamps, not {len(lights)}")
+        raise ValueError(f"at most {SLOTS} lights, not {len(lights)}")
     for light in lights:
         if light.type != "LIGHT":
             raise ValueError(f"{light.name} is not a light")
-    LAMPS.rebuild(lambda graph: build(graph, lights))
+    LIGHTS.rebuild(lambda graph: build(graph, lights))
 
 
 def chosen() -> list[bpy.types.Object]:
-    """Return the lights that the mode Lamps follows, in the order of their slots; those that are deleted are not among them."""
+    """Return the chosen lights in the order of their slots, without those that are deleted."""
     return [light for light in slots() if light is not None]
 
 
 @contextmanager
 def following(lights: Sequence[bpy.types.Object]) -> Generator[None]:
-    """Let the mode Lamps follow `lights` and then those that were chosen before again."""
+    """Choose `lights` for a while, then choose again the lights that were chosen before."""
     before = chosen()
     choose(lights)
     try:
@@ -139,8 +145,8 @@ def following(lights: Sequence[bpy.types.Object]) -> Generator[None]:
 
 
 def drop_deleted() -> None:
-    """Take lamps that are no more out of the slots, where there are any."""
-    for tree in LAMPS.trees():
+    """Clear the slots whose lights have been deleted."""
+    for tree in LIGHTS.trees():
         curves = tree.animation_data.drivers if tree.animation_data else ()
         if any(variable.targets[0].id is None for curve in curves for variable in curve.driver.variables):
             choose(chosen())

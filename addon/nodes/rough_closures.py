@@ -8,7 +8,7 @@ from ..closures.lobe import CYCLES, GRAZING, PAIR, SIGNED, SINGLE
 from ..closures.lobe_table import TABLE
 from ..closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from ..models.fujii import K1
-from .chosen_lights import L, weighed
+from .chosen_lights import L, weighted_mean
 from .graph import COLOR, Graph, Group, Number, Socket, Value
 from .rough_models import IOR, ROUGHNESS, Kind, Lamp, N, Surface, Terms, cycles_diffuse, eon, fujii, oren_nayar
 from .schemes import AWAY_LOBE, LOBE_PAIR, ONCE, SIGNED_LOBES, SIGNED_LOBES_UNDER, SINGLE_LOBE
@@ -63,7 +63,7 @@ def modes(surface: Surface, terms: Terms, kind: Kind) -> Modes:
 def lamps(surface: Surface, kind: Kind) -> Value | None:
     """Return a Lambert closure in the color that gives it the model's radiance under the chosen lamps, in either engine.
 
-    So the engine's shadows and bounces stay. The color's factor is the `weighed` mean of the model over Lambert; light from
+    So the engine's shadows and bounces stay. The color's factor is the `weighted_mean` of the model over Lambert; light from
     elsewhere counts with the directional albedo. None where the model has no such form.
     """
     if kind.one_lamp is None:
@@ -76,7 +76,7 @@ def lamps(surface: Surface, kind: Kind) -> Value | None:
         gain = graph.group(group, **inputs, L=l)
         return gain["Gain"], gain["N.L"]
 
-    return graph.diffuse(surface.color * weighed(graph, under, albedo(surface)), surface.n)
+    return graph.diffuse(surface.color * weighted_mean(graph, under, albedo(surface)), surface.n)
 
 
 def signed_lobes(surface: Surface, terms: Terms, weights: list[Number], frame: dict[str, Value]) -> Value:
@@ -182,4 +182,4 @@ def model_group(kind: Kind) -> Group:
 
 def _group(prefix: str, label: str, kind: Kind, inputs: tuple[Socket, ...], build: Callable[[Graph], dict[str, Value]]) -> Group:
     key = kind.name.lower().replace(" ", "_").replace("-", "_")
-    return Group(f"{prefix}_{key}", f".True Diffuse {label}", label, 1, kind.description, inputs, build)
+    return Group(f"{prefix}_{key}", f".True Diffuse {label}", label, 2, kind.description, inputs, build)

@@ -7,21 +7,22 @@ shaders/rough_diffuse.osl takes their place. Menus select before anything is com
 
 from ..blender.osl import compiles_osl
 from ..closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
+from .chosen_lights import MENU_PATH
 from .graph import COLOR, NORMAL, Graph, Group, Operand, Socket, Value
 from .rough_closures import model_group
 from .rough_models import IOR, KINDS, ROUGHNESS, cycles_diffuse, pits, wolff
 
 SHADER = "rough_diffuse"
-MODEL = Socket("Model", "NodeSocketMenu", "Law of reflection", "Oren-Nayar")
-QUALITY = Socket("Quality", "NodeSocketMenu", "How the model is made of what the engine offers", BALANCED)
+MODEL = Socket("Model", "NodeSocketMenu", "Reflectance model", "Oren-Nayar")
+QUALITY = Socket("Quality", "NodeSocketMenu", "Speed or accuracy in EEVEE; Cycles is accurate in all", BALANCED)
 QUALITIES = (
-    (BALANCED, "Every light, shadow and bounce, without noise of its own"),
-    (FAST, "EEVEE: a single lobe, the fastest and farthest from the model. Cycles: as Lobes"),
+    (BALANCED, "Close to the model under every light, without noise of its own"),
+    (FAST, "EEVEE: the fastest and least accurate. Cycles: the same as Balanced"),
     (
         PRECISE,
-        "EEVEE: the nearest to the model under every light, for several times the time, and a long wait at first. Cycles: as Lobes",
+        "EEVEE: the most accurate under every light, but several times slower, and slow to start. Cycles: the same as Balanced",
     ),
-    (CHOSEN_LIGHTS, "Exact for up to four lamps: select them, then Object > Choose Lamps. Lambert and Pits: as Lobes"),
+    (CHOSEN_LIGHTS, f"Exact for up to four lights: select them, then {MENU_PATH}. Lambert and Pitted: the same as Balanced"),
 )
 
 
@@ -63,7 +64,7 @@ ROUGH_DIFFUSE = Group(
     key="rough_diffuse",
     name="Rough Diffuse",
     label="Rough Diffuse",
-    version=1,
+    version=2,
     description="Rough diffuse reflection: chalk, clay, plaster, felt, dusty skin",
     inputs=(MODEL, QUALITY, COLOR, ROUGHNESS, IOR, NORMAL),
     build=build,

@@ -1,31 +1,31 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Node group Specular: the standard specular of the paper's first character, as near as Blender's closures come to it.
+"""Node group Standard Specular: the standard specular of the paper's first character, as closely as Blender's closures allow.
 
-No closure of EEVEE, or of Cycles without OSL, is a Blinn-Phong lobe, so in the mode Lobe a microfacet lobe stands in: Beckmann's in
+No closure of EEVEE, or of Cycles without OSL, is a Blinn-Phong lobe, so the quality Balanced uses a microfacet lobe: Beckmann's in
 Cycles, which with alpha^2 = 2 / (n + 2) has nearly the same shape (B. Walter et al., "Microfacet Models for Refraction through
 Rough Surfaces", EGSR 2007); EEVEE takes it for GGX, whose tail is longer. A factor gives it Blinn-Phong's height in the mirror
 direction from every view: (n + 8) / (n + 2) times mu^2 / G, with G = 1 / sqrt(1 + alpha^2 (1 / mu^2 - 1)) for GGX's own masking and
 shadowing at N.L = N.V = mu; Beckmann's is next to 1.
 
-In the mode Lamps the base, a Lambert closure, takes the color that makes it the model under chosen lamps: rho and
-k_s (n + 8) / 8 (N.H)^n. As that color reflects all light that comes, the highlight is brighter by what else lights its place, and
-stays, fainter, where its lamp is in shadow. EEVEE keeps colors up to 8 times white.
+With Exact for Chosen Lights the base, a Lambert closure, gets the color that makes it the model under the chosen lights: rho and
+k_s (n + 8) / 8 (N.H)^n. This color reflects all incoming light, so other lights brighten the highlight too, and it stays, fainter,
+where its own light is in shadow. EEVEE keeps colors up to 8 times white.
 """
 
 import math
 
 from ..closures.quality import BALANCED, CHOSEN_LIGHTS
 from ..models.blinn_phong import BELOW
-from .chosen_lights import L, weighed
+from .chosen_lights import MENU_PATH, L, weighted_mean
 from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
 from .rough_models import N
 
 LEAST = 1e-12  # of a squared length
 
-QUALITY = Socket("Quality", "NodeSocketMenu", "How the highlight is made of what the engine offers", BALANCED)
+QUALITY = Socket("Quality", "NodeSocketMenu", "Every light, or an exact highlight for chosen lights", BALANCED)
 QUALITIES = (
-    (BALANCED, "A microfacet lobe stands in: every light, shadow and bounce"),
-    (CHOSEN_LIGHTS, "Exact for up to four lamps, which alone have highlights: select them, then Object > Choose Lamps"),
+    (BALANCED, "A similar highlight under every light, with shadows and bounces"),
+    (CHOSEN_LIGHTS, f"Exact for up to four lights, which alone make highlights: select them, then {MENU_PATH}"),
 )
 SPECULAR = Socket("Specular", "NodeSocketFloat", "Weight k_s of the highlight, without Fresnel", 0.06, 0.0, 1.0, subtype="FACTOR")
 EXPONENT = Socket(
@@ -36,7 +36,7 @@ EXPONENT = Socket(
 def build(graph: Graph) -> dict[str, Value]:
     normal = graph.normal()
     mu = graph.clamp(graph.dot(normal, graph.geometry("Incoming")), 0.0, 1.0)
-    shown = {BALANCED: lobe(graph, normal, mu), CHOSEN_LIGHTS: under_lamps(graph, normal, mu)}
+    shown = {BALANCED: lobe(graph, normal, mu), CHOSEN_LIGHTS: under_lights(graph, normal, mu)}
     return {"BSDF": graph.menu(graph.input(QUALITY), "SHADER", [(name, text, shown[name]) for name, text in QUALITIES])}
 
 
@@ -52,8 +52,8 @@ def lobe(graph: Graph, normal: Value, mu: Value) -> Value:
     return graph.add_shader(base, graph.beckmann(weight, alpha2**0.25, normal))
 
 
-def under_lamps(graph: Graph, normal: Value, mu: Value) -> Value:
-    """Return a Lambert closure in the color that gives it the model's radiance under the chosen lamps, in either engine.
+def under_lights(graph: Graph, normal: Value, mu: Value) -> Value:
+    """Return a Lambert closure in the color that gives it the model's radiance under the chosen lights, in either engine.
 
     What a diffuse bounce sees of the highlight is its mean over all light: else it would be a caustic, of fireflies where the
     exponent is high. Cycles blurs its own lobes there, too ("Filter Glossy").
@@ -62,7 +62,7 @@ def under_lamps(graph: Graph, normal: Value, mu: Value) -> Value:
     weight = graph.clamp(graph.input(SPECULAR), 0.0, 1.0) * graph.math("GREATER_THAN", mu, 0.0) * (n + 8.0)
 
     def under(l: Value) -> tuple[Value, Value]:
-        lit = graph.group(ONE_LAMP, Exponent=n, N=normal, L=l)
+        lit = graph.group(ONE_LIGHT, Exponent=n, N=normal, L=l)
         return lit["Power"], lit["N.L"]
 
     # h of shaders/albedo.glsl, specular_albedo
@@ -70,11 +70,11 @@ def under_lamps(graph: Graph, normal: Value, mu: Value) -> Value:
     below = graph.math("POWER", math.e, -1.0 * t * (0.5 * math.log(2.0) * t + (1.0 - mu) * (BELOW[0] + BELOW[1] * t)))
     albedo = 8.0 / ((n + 2.0) * (n + 4.0)) * (t * t + 2.0 * (1.0 - mu * mu) - (1.0 - 2.0 * mu * mu) * below)
     color = graph.clamp(graph.input(COLOR), 0.0, 1.0)
-    highlight = graph.mix(graph.is_diffuse_ray(), weighed(graph, under, albedo), albedo)
+    highlight = graph.mix(graph.is_diffuse_ray(), weighted_mean(graph, under, albedo), albedo)
     return graph.diffuse(color + highlight * (weight * 0.125), normal)
 
 
-def build_one_lamp(graph: Graph) -> dict[str, Value]:
+def build_one_light(graph: Graph) -> dict[str, Value]:
     """(N.H)^n as (1 - |N x H|^2)^(n / 2): that root keeps its digits near 1, where a power of 10000 needs them."""
     n, l = graph.input(N), graph.input(L)
     h = l + graph.geometry("Incoming")
@@ -84,14 +84,14 @@ def build_one_lamp(graph: Graph) -> dict[str, Value]:
     return {"Power": power, "N.L": graph.clamp(graph.dot(n, l), 0.0, 1.0)}
 
 
-ONE_LAMP = Group(
+ONE_LIGHT = Group(
     "gain_specular",
-    ".True Diffuse Standard Specular, One Lamp",
-    "Standard Specular, One Lamp",
+    ".True Diffuse Standard Specular, One Light",
+    "Standard Specular, One Light",
     1,
-    "The highlight under one lamp",
+    "The highlight of one light",
     (EXPONENT, N, L),
-    build_one_lamp,
+    build_one_light,
 )
 SPECULAR_GROUP = Group(
     key="specular",

@@ -37,7 +37,7 @@ from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
 from .rough_diffuse import MODEL, ROUGH_DIFFUSE
 from .rough_models import ROUGHNESS, transmittance
 
-METHOD = Socket("Method", "NodeSocketMenu", "How Cycles scatters below the surface; EEVEE has one way", "Random Walk")
+METHOD = Socket("Method", "NodeSocketMenu", "How Cycles scatters light below the surface; EEVEE has one method", "Random Walk")
 WEIGHT = Socket(
     "Subsurface",
     "NodeSocketFloat",
@@ -50,13 +50,14 @@ WEIGHT = Socket(
 MEAN_FREE_PATH = Socket(
     "Subsurface Radius",
     "NodeSocketVector",
-    "How far light goes between two scatterings, for red, green and blue, in millimetres: 1 / sigma_t'",
+    "Mean free path of light below the surface for red, green and blue, in millimeters: mean distance light travels between "
+    "scattering events",
     (1.3, 0.95, 0.67),  # Skin 1 of Jensen and others (2001)
     0.0,
 )
-SCALE = Socket("Scale", "NodeSocketFloat", "Times the mean free path", 1.0, 0.0)
+SCALE = Socket("Scale", "NodeSocketFloat", "Scales the subsurface radius", 1.0, 0.0)
 SPECULAR = Socket(
-    "Specular", "NodeSocketFloat", "Weight of the coat that mirrors: oily or wet skin, polish", 1.0, 0.0, 1.0, subtype="FACTOR"
+    "Specular", "NodeSocketFloat", "Weight of the specular coat: oily or wet skin, polish", 1.0, 0.0, 1.0, subtype="FACTOR"
 )
 SPECULAR_ROUGHNESS = Socket("Specular Roughness", "NodeSocketFloat", "Roughness of the coat", 0.4, 0.0, 1.0, subtype="FACTOR")
 IOR = Socket("IOR", "NodeSocketFloat", "Index of refraction of the coat, and of Wolff's dielectric", 1.4, 1.0, 3.0)
@@ -174,7 +175,7 @@ def build(graph: Graph) -> dict[str, Value]:
     rough = graph.group(
         ROUGH_DIFFUSE,
         Model=graph.input(MODEL),
-        Quality=FAST,  # EEVEE's Lobes take the place of its Subsurface closure
+        Quality=FAST,  # EEVEE's lobe pair takes the place of its Subsurface closure
         Color=graph.input(COLOR),
         Roughness=graph.input(ROUGHNESS),
         IOR=graph.input(IOR),
@@ -201,7 +202,7 @@ SUBSURFACE = Group(
     key="subsurface",
     name="Subsurface",
     label="Subsurface",
-    version=1,
+    version=2,
     description="Skin, wax, marble, milk: light enters, scatters and leaves nearby; beside rough diffuse reflection, under a coat",
     inputs=(METHOD, MODEL, COLOR, ROUGHNESS, WEIGHT, MEAN_FREE_PATH, SCALE, SPECULAR, SPECULAR_ROUGHNESS, IOR, NORMAL),
     build=build,

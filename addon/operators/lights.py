@@ -28,7 +28,7 @@ class TRUE_DIFFUSE_OT_choose_lamps(bpy.types.Operator):
         lights = _lights(context)
         chosen_lights.choose(lights)
         self.report({"INFO"}, f"Mode Lamps follows {', '.join(light.name for light in lights)}")
-        if chosen_lights.LAMPS.trees(linked=True):
+        if chosen_lights.LIGHTS.trees(linked=True):
             self.report({"WARNING"}, "Materials linked from other files keep the lamps chosen there")
         return {"FINISHED"}
 

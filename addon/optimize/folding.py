@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import bpy
 
-from ..nodes.chosen_lights import LAMPS, SLOTS
+from ..nodes.chosen_lights import LIGHTS, SLOTS
 from ..nodes.graph import NORMAL, Graph, Group, Operand, Socket, Value
 from ..nodes.subsurface import MEAN_FREE_PATH
 from . import arithmetic
@@ -297,7 +297,7 @@ class Folding(Graph):
 
     def group(self, group: Group, **inputs: Operand | str) -> dict[str, Value]:
         """Return the outputs of another group, built in place; the group of the lamps stays one, for all materials to follow."""
-        if group is LAMPS:
+        if group is LIGHTS:
             return self._lamps()
         inner = copy(self)
         inner._given = {
@@ -308,7 +308,7 @@ class Folding(Graph):
 
     def _lamps(self) -> dict[str, Value]:
         shown = [slot for slot, shines in enumerate(self._use.shining, 1) if shines]
-        outputs = self._together(lambda: Graph.group(self, LAMPS), {f"{name} {slot}": True for slot in shown for name in "LE"})
+        outputs = self._together(lambda: Graph.group(self, LIGHTS), {f"{name} {slot}": True for slot in shown for name in "LE"})
         dark = {f"{name} {slot}": Constant(self, DARK) for slot in range(1, SLOTS + 1) for name in "LE"}
         return dark | dict(zip((f"{name} {slot}" for slot in shown for name in "LE"), outputs, strict=True))
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import bpy
 
 from ..blender.id_properties import AS_BUILT, LEAST_FOR, STAMP
+from ..material.upgrade import upgrade_node
 from ..nodes import GROUPS, Group, chosen_lights
 from ..nodes.graph import fingerprint, stamp_of
 from .folding import Folding, Use
@@ -64,9 +65,13 @@ def restore() -> int:
 
 
 def restore_node(node: bpy.types.Node) -> None:
-    """Give a node its whole group back."""
-    key, _ = stamp_of(node)
-    node.node_tree = next(group for group in GROUPS if group.key == key).ensure()
+    """Give a node its whole group back, in this version."""
+    key, version = stamp_of(node)
+    group = next(group for group in GROUPS if group.key == key)
+    if version == str(group.version):
+        node.node_tree = group.ensure()
+    else:
+        upgrade_node(node.id_data, node, group)
 
 
 def group_nodes() -> Iterator[tuple[Owner, bpy.types.Node]]:
@@ -181,7 +186,7 @@ def remove_unused() -> None:
 
     The group that knows the chosen lamps stays, also in a file that is saved.
     """
-    for tree in chosen_lights.LAMPS.trees() if chosen_lights.chosen() else ():
+    for tree in chosen_lights.LIGHTS.trees() if chosen_lights.chosen() else ():
         tree.use_fake_user = True
     while unused := [tree for tree in bpy.data.node_groups if STAMP in tree and tree.users == 0]:
         bpy.data.batch_remove(unused)

@@ -157,7 +157,7 @@ def check(material: bpy.types.Material | None, scene: bpy.types.Scene) -> tuple[
     black = max(claim.rgb("Color")) < LEAST and not (claim.group == SPECULAR_GROUP.key and claim.number("Specular") >= LEAST)
     if black:
         raise Refused("The material is black: there is nothing to compare")
-    if claim.follows_lamps and chosen_lights.LAMPS.trees(linked=True):
+    if claim.follows_lamps and chosen_lights.LIGHTS.trees(linked=True):
         raise Refused("Mode Lamps of a material linked from another file follows the lamps chosen there: it cannot be measured")
     try:
         render.openimageio()

@@ -246,7 +246,7 @@ def draw_lamps(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
     for light in chosen:
         if light not in lights:
             column.label(text=f"{light.name} is not in this scene", icon="ERROR")
-    if chosen_lights.LAMPS.trees(linked=True):
+    if chosen_lights.LIGHTS.trees(linked=True):
         layout.label(text="Linked materials keep theirs", icon="LINKED")
     layout.operator(TRUE_DIFFUSE_OT_choose_lamps.bl_idname)
 

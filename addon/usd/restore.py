@@ -9,6 +9,7 @@ import bpy
 from ..material.materials import add_group, set_thickness, show
 from ..material.read import DEFAULT_UV, WRAPS
 from ..material.surface import Attribute, Image, Setting, Source, Surface
+from ..material.upgrade import current_name, current_value
 from ..nodes import GROUPS
 
 EXTENSIONS = {wrap: extension for extension, wrap in WRAPS.items()}
@@ -26,10 +27,11 @@ def rebuild(material: bpy.types.Material, surface: Surface, find: Find) -> list[
     tree = material.node_tree
     tree.nodes.clear()
     node = add_group(tree, group)
-    lost = [problem for name, value in surface.inputs.items() if (problem := _set(node, name, value))]
+    inputs = {current_name(name): value for name, value in surface.inputs.items()}
+    lost = [problem for name, value in inputs.items() if (problem := _set(node, name, current_value(name, value)))]
     for name, source in surface.fed.items():
-        if name in node.inputs:
-            lost += _feed(node.inputs[name], source, find)
+        if current_name(name) in node.inputs:
+            lost += _feed(node.inputs[current_name(name)], source, find)
     show(material, node)
     set_thickness(material)
     return lost
