@@ -43,6 +43,19 @@ def test_human_is_the_same_every_time() -> None:
     assert first == second
 
 
+def test_human_is_the_published_one() -> None:
+    """The figures in scripts/studies/README.md hold for this mesh alone."""
+    mesh = character.load("human")
+    assert (len(mesh.vertices), len(mesh.edges), len(mesh.polygons)) == (60505, 117695, 59231)
+    low, high = ([limit(vertex.co[axis] for vertex in mesh.vertices) for axis in range(3)] for limit in (min, max))
+    assert low == pytest.approx([-0.289073, -0.373118, 0.0], abs=1e-6)
+    assert high == pytest.approx([0.281251, 0.105376, 1.799748], abs=1e-6)
+    colors = [item.color for item in mesh.color_attributes[ALBEDO_ATTRIBUTE].data]
+    assert [sum(color[channel] for color in colors) / len(colors) for channel in range(4)] == pytest.approx(
+        [0.349977, 0.224297, 0.176414, 1.0], abs=1e-6
+    )
+
+
 def test_monkey_is_a_sound_mesh() -> None:
     check_whole(character.load("monkey"))
 

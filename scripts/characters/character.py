@@ -13,9 +13,8 @@ import bpy
 import bmesh
 
 from true_diffuse.scenes.subject import WHITE, can_stand, stand, standing
-from true_diffuse.scripts.characters.human import HumanDataMissing, human_mesh
+from true_diffuse.scripts.characters.human import human_mesh
 
-INCLUDED = ("human", "monkey")
 MONKEY_COLOR = (0.55, 0.36, 0.22)
 
 
@@ -37,7 +36,7 @@ def load_frames[Frame: int | None](character: str, frames: Sequence[Frame]) -> d
     All are scaled and placed as the first of them, so that a jump stays a jump. Raises CharacterError as `load` does.
     """
     if character in INCLUDED:
-        return dict.fromkeys(frames, _included(character))
+        return dict.fromkeys(frames, INCLUDED[character]())
     return _from_file(check_file(character), frames)
 
 
@@ -54,17 +53,6 @@ def check_file(character: str) -> Path:
     return path
 
 
-def _included(character: str) -> bpy.types.Mesh:
-    if character == "human":
-        try:
-            mesh = human_mesh()
-        except HumanDataMissing as error:
-            raise CharacterError(str(error)) from error
-        mesh.materials.append(None)
-        return mesh
-    return _monkey()
-
-
 def _monkey() -> bpy.types.Mesh:
     mesh = bpy.data.meshes.new("Monkey")
     shape = bmesh.new()
@@ -73,6 +61,9 @@ def _monkey() -> bpy.types.Mesh:
     shape.to_mesh(mesh)
     shape.free()
     return stand(mesh, MONKEY_COLOR)
+
+
+INCLUDED: dict[str, Callable[[], bpy.types.Mesh]] = {"human": human_mesh, "monkey": _monkey}
 
 
 def _import_blend(path: Path) -> None:

@@ -16,7 +16,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 CODE = ("__init__.py", "blender_manifest.toml", "addon", "scenes", "scripts", "shaders")
-SUFFIXES = (".py", ".toml", ".glsl", ".osl")
+SUFFIXES = (".py", ".toml", ".glsl", ".osl", ".blend")
 JOB = "job.json"  # what is ordered
 SESSION = ["--session", "{{Session.WorkingDirectory}}"]
 PATHS = ["--path-mapping", "{{Session.PathMappingRulesFile}}"]

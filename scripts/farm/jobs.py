@@ -43,7 +43,7 @@ def characters(given: Sequence[str]) -> dict[str, str]:
     from true_diffuse.scripts.characters import character
 
     try:
-        named = inputs.characters(given, character.INCLUDED)
+        named = inputs.characters(given, tuple(character.INCLUDED))
         for who in named.values():
             if who not in character.INCLUDED:
                 character.check_file(who)
