@@ -11,6 +11,7 @@ from mathutils import Matrix, Vector
 from ..addon.material import materials
 from ..addon.models import Lambert, Model, OrenNayar, Specular
 from ..addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group
+from .elements import add, add_sun, uniform_world
 from .subject import ALBEDO_ATTRIBUTE
 
 SIGMAS = (0.0, 0.2, 0.33)  # the figure's caption; the paper's text says 0.3 for the last
@@ -20,16 +21,16 @@ KEY_IRRADIANCE = math.pi  # W/m^2: a white Lambert surface that faces the key th
 FILL_RADIANCE = 0.16  # of the sky all around [W/(m^2 sr)]
 BACKDROP_ALBEDO = 0.12
 LENS = 400.0  # mm on a 36 mm frame: long, so that all five are seen from nearly the same side
-AIR = 0.05  # around the characters, as a share of what is shown of one
+MARGIN = 0.05  # around the characters, as a fraction of what is shown of one
 SHOULDERS = 0.55  # of the figure's height from the crown down: what a bust's width is taken from
 # Neighbors of a bust overlap by their arms, the right one in front and out of the left one's shadow; whole figures stand apart.
-BUST_STEP, BUST_STAGGER = 0.78, 0.5  # as shares of a character's width
+BUST_STEP, BUST_STAGGER = 0.78, 0.5  # as fractions of a character's width
 FIGURE_STEP, FIGURE_STAGGER = 1.06, 0.0
 
 
 @dataclass(frozen=True)
-class Look:
-    """How one character is shaded: the group that renders it and the model that it should equal."""
+class CharacterLook:
+    """How one character is shaded: a node group with its inputs, and the reflectance model that the group renders."""
 
     name: str
     label: str
@@ -42,13 +43,13 @@ class Look:
 class Character:
     """One character of the scene."""
 
-    look: Look
+    look: CharacterLook
     subject: bpy.types.Object
 
 
 @dataclass(frozen=True)
 class FiveCharacters:
-    """The scene with what a measurement needs of it. `plain` is a Diffuse material with the characters' albedo."""
+    """The scene and its parts: the characters, the key light, and a Diffuse BSDF with the characters' albedo (`plain`)."""
 
     scene: bpy.types.Scene
     characters: tuple[Character, ...]
@@ -56,18 +57,18 @@ class FiveCharacters:
     plain: bpy.types.Material
 
 
-def looks(sigmas: tuple[float, ...] = SIGMAS) -> tuple[Look, ...]:
-    """Return the paper's order: standard specular, Lambert, then Oren-Nayar for each sigma [radians]."""
+def looks(sigmas: tuple[float, ...] = SIGMAS) -> tuple[CharacterLook, ...]:
+    """Return the looks in the paper's order: standard specular, Lambert, then Oren-Nayar for each sigma [radians]."""
     specular = Specular()
     standard = {"Specular": specular.specular, "Exponent": specular.exponent}
     rough = []
     for sigma in sigmas:
         digits = repr(sigma).removesuffix(".0")
         label = f"Oren-Nayar  \u03c3 = {digits}"
-        rough.append(Look(f"oren_nayar_{digits}", label, OrenNayar(sigma), ROUGH_DIFFUSE, {"Roughness": sigma}))
+        rough.append(CharacterLook(f"oren_nayar_{digits}", label, OrenNayar(sigma), ROUGH_DIFFUSE, {"Roughness": sigma}))
     return (
-        Look("specular", "Standard specular", specular, SPECULAR_GROUP, standard),
-        Look("lambert", "Lambert", Lambert(), ROUGH_DIFFUSE, {"Model": "Lambert"}),
+        CharacterLook("specular", "Standard specular", specular, SPECULAR_GROUP, standard),
+        CharacterLook("lambert", "Lambert", Lambert(), ROUGH_DIFFUSE, {"Model": "Lambert"}),
         *rough,
     )
 
@@ -75,9 +76,9 @@ def looks(sigmas: tuple[float, ...] = SIGMAS) -> tuple[Look, ...]:
 def build(
     mesh: bpy.types.Mesh, albedo: float, bust: bool, resolution: tuple[int, int], sigmas: tuple[float, ...] = SIGMAS
 ) -> FiveCharacters:
-    """Return a new scene with `mesh` once per look, its color attribute times `albedo`, framed for `resolution` in pixels.
+    """Return a new scene with `mesh` in each look, its color attribute scaled by `albedo`, framed for `resolution` [pixels].
 
-    `bust` fills the frame's width with head and shoulders; else the whole figures are seen.
+    With `bust`, heads and shoulders fill the frame's width; without, whole figures are seen.
     """
     scene = bpy.data.scenes.new("True Diffuse Five Characters")
     scene.render.resolution_x, scene.render.resolution_y = resolution
@@ -91,24 +92,24 @@ def build(
     for index, look in enumerate(all_looks):
         material = materials.create(look.label, look.group, **look.inputs)
         materials.paint(material, material.node_tree.nodes[look.group.name].inputs["Color"], ALBEDO_ATTRIBUTE, albedo)
-        place = index - (len(all_looks) - 1) / 2
-        subject = bpy.data.objects.new(look.label, mesh)
-        centered = Matrix.Translation((place * step - (low.x + high.x) / 2, -place * stagger, 0.0))
-        subject.matrix_world = centered @ Matrix.Rotation(YAW, 4, "Z")
-        scene.collection.objects.link(subject)
+        column = index - (len(all_looks) - 1) / 2
+        centered = Matrix.Translation((column * step - (low.x + high.x) / 2, -column * stagger, 0.0))
+        subject = add(scene, look.label, mesh, centered @ Matrix.Rotation(YAW, 4, "Z"))
         subject.material_slots[0].link = "OBJECT"
         subject.material_slots[0].material = material
         characters.append(Character(look, subject))
     _camera(scene, step * (len(all_looks) - 1) + width, high.z, bust)
     _backdrop(scene)
-    _fill(scene)
-    key = _key(scene)
+    scene.world = uniform_world("Fill", strength=FILL_RADIANCE)
+    key = add_sun(scene, "Key", KEY_DIRECTION, KEY_IRRADIANCE)
     scene.view_layers[0].update()
-    return FiveCharacters(scene, tuple(characters), key, _plain(albedo))
+    plain, diffuse = materials.create_plain("Albedo")
+    materials.paint(plain, diffuse.inputs["Color"], ALBEDO_ATTRIBUTE, albedo)
+    return FiveCharacters(scene, tuple(characters), key, plain)
 
 
 def _bounds(mesh: bpy.types.Mesh, bust: bool) -> tuple[Vector, Vector]:
-    """Return the corners [m] of one character as turned by YAW; of its upper part alone for a `bust`."""
+    """Return the lowest and highest corner [m] of one character turned by YAW; with `bust`, of its upper part."""
     turned = [Matrix.Rotation(YAW, 3, "Z") @ vertex.co for vertex in mesh.vertices]
     top = max(point.z for point in turned)
     seen = [point for point in turned if point.z >= top * (1.0 - SHOULDERS)] if bust else turned
@@ -119,44 +120,23 @@ def _bounds(mesh: bpy.types.Mesh, bust: bool) -> tuple[Vector, Vector]:
 
 
 def _camera(scene: bpy.types.Scene, width: float, top: float, bust: bool) -> None:
-    """Add a level camera that frames `width` [m]; a `bust` up to a little above `top`, else all from 0 to `top`.
+    """Add a level camera that frames `width` [m]: with `bust` up to a little above `top` [m], else everything from 0 to `top`.
 
-    For a bust it stands at the height of the crowns and the lens is shifted down: so heads at different depths are in one row.
+    For busts it is at the height of the crowns with the lens shifted down, so that heads at different depths form one row.
     """
     aspect = scene.render.resolution_x / scene.render.resolution_y
-    frame_width = width * (1.0 + AIR)
+    frame_width = width * (1.0 + MARGIN)
     if not bust:
-        frame_width = max(frame_width, top * (1.0 + 2.0 * AIR) * aspect)
+        frame_width = max(frame_width, top * (1.0 + 2.0 * MARGIN) * aspect)
     frame_height = frame_width / aspect
-    middle = top + AIR * min(top, frame_height) - frame_height / 2.0 if bust else top / 2.0
+    middle = top + MARGIN * min(top, frame_height) - frame_height / 2.0 if bust else top / 2.0
     camera = bpy.data.cameras.new("Camera")
     camera.lens, camera.sensor_width, camera.sensor_fit = LENS, 36.0, "HORIZONTAL"
     distance = frame_width * LENS / 36.0
     camera.clip_start, camera.clip_end = distance / 2.0, distance * 10.0  # tight: EEVEE resolves depth by their ratio
-    holder = bpy.data.objects.new("Camera", camera)
     height = top if bust else middle
     camera.shift_y = (middle - height) / frame_width
-    holder.matrix_world = Matrix.Translation((0.0, -distance, height)) @ Matrix.Rotation(math.pi / 2, 4, "X")
-    scene.collection.objects.link(holder)
-    scene.camera = holder
-
-
-def _key(scene: bpy.types.Scene) -> bpy.types.Object:
-    lamp = bpy.data.lights.new("Key", "SUN")
-    lamp.energy = KEY_IRRADIANCE
-    lamp.angle = 0.0
-    key = bpy.data.objects.new("Key", lamp)
-    key.matrix_world = KEY_DIRECTION.to_track_quat("Z", "Y").to_matrix().to_4x4()
-    scene.collection.objects.link(key)
-    return key
-
-
-def _fill(scene: bpy.types.Scene) -> None:
-    world = bpy.data.worlds.new("Fill")
-    background = next(node for node in world.node_tree.nodes if node.type == "BACKGROUND")
-    background.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
-    background.inputs["Strength"].default_value = FILL_RADIANCE
-    scene.world = world
+    scene.camera = add(scene, "Camera", camera, Matrix.Translation((0.0, -distance, height)) @ Matrix.Rotation(math.pi / 2, 4, "X"))
 
 
 def _backdrop(scene: bpy.types.Scene) -> None:
@@ -169,10 +149,4 @@ def _backdrop(scene: bpy.types.Scene) -> None:
     mesh = bpy.data.meshes.new("Backdrop")
     mesh.from_pydata(floor + wall_top, [], [(0, 1, 2, 3), (3, 2, 4, 5)])
     mesh.materials.append(material)
-    scene.collection.objects.link(bpy.data.objects.new("Backdrop", mesh))
-
-
-def _plain(albedo: float) -> bpy.types.Material:
-    material, node = materials.create_plain("Albedo")
-    materials.paint(material, node.inputs["Color"], ALBEDO_ATTRIBUTE, albedo)
-    return material
+    add(scene, "Backdrop", mesh)

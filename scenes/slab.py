@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A slab under a sun and a mask: flat, so thick and wide that light takes it for a half-space, seen from above.
+"""A slab under a sun, seen from above: so thick and wide that scattered light meets no end of it.
 
-The sun shines straight down with an irradiance of pi, so a white Lambert surface would show 1. The mask hangs behind the camera and
-lets light through on one side of an edge or in a ring around the middle. Lengths are in mm, whatever the scene's unit.
+The sun shines straight down with an irradiance of pi, so that a white Lambert surface has radiance 1. A mask behind the camera lets
+its light through on one side of an edge, or in a ring around the middle. Lengths are in mm, whatever the scene's unit.
 
-Light that is scattered below the surface leaves it as Lambert has it, in both engines, and paths may be reversed: what a narrow
-beam sends to a ring around it is what a ring of light sends to the point in its middle. The second is measured: it has less noise.
+In both engines light scattered below the surface leaves it by Lambert's law, so paths can be reversed: a narrow beam sends to a
+ring around it what a ring of light sends to the point in its middle. The second is measured, as it has less noise.
 """
 
 import math
@@ -37,11 +37,10 @@ SHADOW_STEPS = 4.0  # of EEVEE's shadow map across a pixel
 
 
 class Mean(NamedTuple):
-    """Of pixels that show the same."""
+    """The mean `value` of pixels that show the same, and its standard error, `noise`."""
 
     value: float
     noise: float
-    """Standard error of `value`."""
 
     @classmethod
     def of(cls, values: Sequence[float]) -> "Mean":
@@ -51,17 +50,18 @@ class Mean(NamedTuple):
 
 @dataclass(frozen=True)
 class Slab:
-    """The scene and what measures materials in it."""
+    """The scene. The slab's top has `columns` times `rows` cells, `cell` mm wide, each of its own material.
+
+    `scale_length` is the scene's unit in meters.
+    """
 
     scene: bpy.types.Scene
     body: bpy.types.Object
     sun: bpy.types.Object
     cell: float
-    """Width of a cell [mm]: the slab's top has `columns` times `rows` of them, each of its own material."""
     columns: int
     rows: int
     scale_length: float
-    """Meters in a unit of the scene's coordinates."""
 
     def albedos(
         self,
@@ -71,57 +71,59 @@ class Slab:
         mu: float = 1.0,
         world: bpy.types.World | None = None,
     ) -> list[tuple[Mean, ...]]:
-        """Return the share of light that each cell shows at the cosine `mu`, by channel: of the sun's, or of `world`'s."""
+        """Return each cell's radiance at N.V = `mu`, by channel, as a fraction of white's: under the sun, or in `world` alone."""
         width, height = CELL * self.columns, CELL * self.rows
         picture = self.picture(materials, engine, samples, (width, height), self.cell * self.columns, mu=mu, world=world)
         inner = range(MARGIN, CELL - MARGIN)
-        found = []
+        means = []
         for index in range(len(materials)):
             row, column = divmod(index, self.columns)
             pixels = [(row * CELL + y) * width + column * CELL + x for y in inner for x in inner]
-            found.append(tuple(Mean.of([plane[pixel] for pixel in pixels]) for plane in picture))
-        return found
+            means.append(tuple(Mean.of([plane[pixel] for pixel in pixels]) for plane in picture))
+        return means
 
     def edge(
         self, material: bpy.types.Material, engine: Engine, samples: int, size: tuple[int, int], view: float
     ) -> tuple[list[float], ...]:
-        """Return the means of columns, from dark to lit, of a picture `view` mm wide with the edge in its middle, by channel."""
+        """Return, by channel, the mean of each column, from dark to lit, of a picture `view` mm wide with a centered edge."""
         columns = size[0]
         picture = self.picture([material], engine, samples, size, view, self.half_plane())
         return tuple([fmean(plane[x::columns]) for x in range(columns)] for plane in picture)
 
     def rings(self, material: bpy.types.Material, engine: Engine, samples: int, radii: Sequence[float]) -> tuple[list[float], ...]:
-        """Return the shares of a narrow beam's light that leave between each two of `radii`, which rise, by channel.
+        """Return, by channel, the fractions of a narrow beam's light that leave between successive `radii` [mm].
 
-        The camera sees the middle alone, so this is not for EEVEE, which scatters what it sees.
+        Not for EEVEE, which scatters only what the camera sees: here the middle alone.
         """
-        shares: tuple[list[float], ...] = [], [], []
+        fractions: tuple[list[float], ...] = [], [], []
         for inner, outer in pairwise(radii):
             size, mask = (SPOT_SIZE, SPOT_SIZE), self.ring(inner, outer)
-            for channel, plane in zip(shares, self.picture([material], engine, samples, size, SPOT * radii[1], mask), strict=True):
+            for channel, plane in zip(
+                fractions, self.picture([material], engine, samples, size, SPOT * radii[1], mask), strict=True
+            ):
                 channel.append(fmean(plane))
-        return shares
+        return fractions
 
     def around_spot(
         self, material: bpy.types.Material, engine: Engine, samples: int, size: int, view: float, radii: Sequence[float]
     ) -> tuple[list[float], ...]:
-        """Return the same as `rings`, from a picture `view` mm wide and `size` pixels across of a spot of light.
+        """Return the same as `rings` from a picture of a spot of light, `view` mm and `size` pixels wide.
 
-        The spot is five pixels wide, and so blurs what is nearer than some ten pixels.
+        The spot is five pixels wide and blurs what is nearer than about ten pixels.
         """
         step = view / size
         spot = math.sqrt(SPOT_PIXELS / math.pi) * step
         picture = self.picture([material], engine, samples, (size, size), view, self.ring(0.0, spot))
         middle = 0.5 * (size - 1)
-        found: tuple[list[list[float]], ...] = tuple([[] for _ in pairwise(radii)] for _ in picture)
+        values: tuple[list[list[float]], ...] = tuple([[] for _ in pairwise(radii)] for _ in picture)
         for y in range(size):
             for x in range(size):
                 index = bisect(radii, step * math.hypot(x - middle, y - middle)) - 1
                 if 0 <= index < len(radii) - 1:
-                    for channel, plane in zip(found, picture, strict=True):
+                    for channel, plane in zip(values, picture, strict=True):
                         channel[index].append(plane[y * size + x])
         areas = [(outer**2 - inner**2) / spot**2 for inner, outer in pairwise(radii)]
-        return tuple([area * fmean(values) for area, values in zip(areas, channel, strict=True)] for channel in found)
+        return tuple([area * fmean(ring) for area, ring in zip(areas, channel, strict=True)] for channel in values)
 
     def picture(
         self,
@@ -134,15 +136,15 @@ class Slab:
         mu: float = 1.0,
         world: bpy.types.World | None = None,
     ) -> Picture:
-        """Return what the camera sees from the cosine `mu`, `view` mm across, under the sun or in `world`.
+        """Return a picture `view` mm wide, seen at N.V = `mu` under the sun (through `mask`, then removed) or in `world` alone.
 
-        The slab is stretched against the foreshortening. `size` in pixels; a picture is at least as wide as it is high.
+        The slab is stretched against foreshortening. `size` is in pixels, at least as wide as high.
         """
         self.scene.render.resolution_x, self.scene.render.resolution_y = size
-        camera, towards = self.scene.camera, Vector((math.sqrt(1.0 - mu * mu), 0.0, mu))
+        camera, direction = self.scene.camera, Vector((math.sqrt(1.0 - mu * mu), 0.0, mu))
         camera.data.ortho_scale = self.units(view)
-        place = Matrix.Translation(AWAY * self.units(0.5 * self.cell * self.columns) * towards)
-        camera.matrix_world = place @ Matrix.Rotation(math.acos(mu), 4, "Y")
+        position = Matrix.Translation(AWAY * self.units(0.5 * self.cell * self.columns) * direction)
+        camera.matrix_world = position @ Matrix.Rotation(math.acos(mu), 4, "Y")
         self.body.matrix_world = Matrix.Diagonal((1.0 / mu, 1.0, 1.0, 1.0))
         self.sun.data.shadow_maximum_resolution = self.units(view) / size[0] / SHADOW_STEPS
         for index in range(len(self.body.data.materials)):
@@ -182,10 +184,10 @@ class Slab:
 
 
 def slab(cell: float, columns: int = 1, rows: int = 1, scale_length: float = 1.0, scene: bpy.types.Scene | None = None) -> Slab:
-    """Return a slab with `columns` times `rows` cells that are `cell` mm wide, as thick as one, where a unit is `scale_length` m.
+    """Return a slab of `columns` times `rows` cells, `cell` mm wide and as thick; the scene's unit is `scale_length` meters.
 
-    A cell that is 100 mean free paths wide is a half-space, to scattered light. There are at least as many columns as rows.
-    Camera and size of picture are `scene`'s, the current one's where none is given.
+    A cell 100 mean free paths wide is a half-space to scattered light. There are at least as many columns as rows. The camera
+    becomes that of `scene`, by default the current one.
     """
     scene = scene or bpy.context.scene
     mesh = bpy.data.meshes.new("Slab")

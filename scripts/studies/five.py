@@ -15,7 +15,7 @@ from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.measure.record import Progress, Record, known
 from true_diffuse.addon.models import Lambert, OrenNayar
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, chosen_lights
-from true_diffuse.scenes.five_characters import Character, FiveCharacters, Look
+from true_diffuse.scenes.five_characters import Character, CharacterLook, FiveCharacters
 from true_diffuse.scripts.studies import picture
 from true_diffuse.scripts.studies.pictures import Captions, captions
 
@@ -85,7 +85,7 @@ def measure(stage: FiveCharacters, seen: Sequence[Seen], engine: Engine, samples
     return measured
 
 
-def has_osl(look: Look) -> bool:
+def has_osl(look: CharacterLook) -> bool:
     """Return whether a look's group has a shader in Open Shading Language."""
     return look.group is ROUGH_DIFFUSE
 
@@ -100,7 +100,7 @@ def measure_osl(stage: FiveCharacters, seen: Sequence[Seen], progress: Progress)
         stage.scene.cycles.shading_system = before
 
 
-def has_stand_in(look: Look) -> bool:
+def has_stand_in(look: CharacterLook) -> bool:
     """Return whether closures that stand in for a look's model by default can be exact, in the group's mode Lamps."""
     return look.group is SPECULAR_GROUP
 

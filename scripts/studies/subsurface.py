@@ -18,9 +18,9 @@ from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.models import EDGE_WIDTH_25_75, MEDIA, Burley, plane_albedo
 from true_diffuse.addon.nodes import SUBSURFACE
+from true_diffuse.scenes.elements import uniform_world
 from true_diffuse.scenes.slab import Mean, slab
 from true_diffuse.scripts.studies.edge_profile import edge_width
-from true_diffuse.scripts.studies.robustness import uniform_world
 
 
 class Way(NamedTuple):
