@@ -366,9 +366,9 @@ def _got(
 
 def _tell_left_out(found: Mapping[str, list["Finding"]], terminal: Terminal) -> None:
     """Restore the materials, and say what was left out of them, by engine."""
-    from true_diffuse.addon.optimize.materials import COLUMNS, restore, rows
+    from true_diffuse.addon.optimize.materials import COLUMNS, restore_materials, rows
 
-    restore()
+    restore_materials()
     for label, findings in found.items():
         if findings:
             terminal.table(f"Left out for {label}", COLUMNS, rows(findings))

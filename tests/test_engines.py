@@ -6,12 +6,12 @@ import bpy
 import pytest
 
 from true_diffuse.addon.blender import engines
-from true_diffuse.addon.blender.id_properties import LEAST_FOR
+from true_diffuse.addon.blender.id_properties import SPECIALIZED_FOR
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.summary import MODELS
 from true_diffuse.addon.models import CyclesDiffuse, Eon, Lambert
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
-from true_diffuse.addon.optimize.materials import simplify
+from true_diffuse.addon.optimize.materials import optimize_materials
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
 
 pytestmark = [pytest.mark.render, pytest.mark.usefixtures("empty_file")]
@@ -64,6 +64,6 @@ def test_realtime_draws_a_simplified_material_as_it_was(realtime: engines.Engine
     whole = sphere.radiance(material, [sphere.sun], None, realtime, 1)[1]
     for engine in (engines.EEVEE, engines.CYCLES, realtime):
         bpy.context.scene.render.engine = engine.identifier
-        simplify()
-        assert LEAST_FOR in material.node_tree.nodes[ROUGH_DIFFUSE.name].node_tree
+        optimize_materials()
+        assert SPECIALIZED_FOR in material.node_tree.nodes[ROUGH_DIFFUSE.name].node_tree
         assert sphere.radiance(material, [sphere.sun], None, realtime, 1)[1] == whole

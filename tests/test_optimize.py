@@ -13,14 +13,14 @@ from hypothesis import strategies as st
 
 from true_diffuse.addon import usd
 from true_diffuse.addon.blender import engines
-from true_diffuse.addon.blender.id_properties import LEAST_FOR
+from true_diffuse.addon.blender.id_properties import SPECIALIZED_FOR
 from true_diffuse.addon.blender.osl import compiles_osl
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group, chosen_lights
 from true_diffuse.addon.optimize import arithmetic
 from true_diffuse.addon.optimize.invalidate import check
-from true_diffuse.addon.optimize.materials import Finding, remove_unused, restore, simplify
+from true_diffuse.addon.optimize.materials import Finding, optimize_materials, remove_unused, restore_materials
 from true_diffuse.scenes.sphere import SphereUnderSun, sphere_under_sun
 
 pytestmark = pytest.mark.usefixtures("empty_file")
@@ -46,7 +46,7 @@ def shown(group: Group, **inputs: materials.Setting) -> tuple[SphereUnderSun, bp
 
 
 def is_least(node: bpy.types.Node) -> bool:
-    return LEAST_FOR in node.node_tree
+    return SPECIALIZED_FOR in node.node_tree
 
 
 def kinds(node: bpy.types.Node) -> list[str]:
@@ -191,7 +191,7 @@ def test_picture_stays(engine: engines.Engine, osl: bool) -> None:
     scene.cycles.shading_system = osl
     scene.frame_set(2)  # in the drivers' scene
     _, whole = render.radiance(scene, engine, 4)
-    found = {finding.owner: finding for finding in simplify()}
+    found = {finding.owner: finding for finding in optimize_materials()}
     assert set(LOOKS) <= set(found)
     for finding in found.values():
         assert finding.before and finding.after and finding.after.nodes < finding.before.nodes, finding
@@ -225,7 +225,7 @@ def test_driven_and_keyed_sockets_stay_alive() -> None:
 
     engines.use(sphere.scene, engines.CYCLES, 1)
     whole = pictures()
-    (finding,) = simplify()
+    (finding,) = optimize_materials()
     assert finding.after and material == node.id_data
     least = pictures()
     for before, after in zip(whole, least, strict=True):
@@ -255,7 +255,7 @@ def test_closures_that_are_left() -> None:
         material = materials.create("Shown", group, **inputs)
         sphere.sphere.data.materials[0] = material
         engines.use(sphere.scene, engine, 1)
-        (finding,) = simplify()
+        (finding,) = optimize_materials()
         assert kinds(node_of(material)) == left, (engine.key, inputs)
         assert finding.after and finding.after.closures == len(left)
 
@@ -272,7 +272,7 @@ def test_open_shading_language_stays_where_it_is_nearer() -> None:
         (False, "Fujii", ["BsdfDiffuse"]),
     ):
         sphere.scene.cycles.shading_system, node.inputs["Model"].default_value = osl, model
-        simplify()
+        optimize_materials()
         assert kinds(node) == left, model
 
 
@@ -280,13 +280,13 @@ def test_engines_of_all_scenes_are_served() -> None:
     sphere, node = shown(ROUGH_DIFFUSE)
     other = bpy.data.scenes.new("Other")
     other.render.engine = "CYCLES"
-    simplify()
+    optimize_materials()
     eevee = kinds(node)
     empty = bpy.data.objects.new("Instance", None)  # shows the sphere in the other scene, by its collection
     empty.instance_type, empty.instance_collection = "COLLECTION", bpy.data.collections.new("Shared")
     empty.instance_collection.objects.link(sphere.sphere)
     other.collection.objects.link(empty)
-    simplify()
+    optimize_materials()
     assert eevee == ["BsdfDiffuse", "BsdfTranslucent", "SubsurfaceScattering"]
     assert kinds(node) == sorted([*eevee, "BsdfDiffuse", "BsdfDiffuse"])
 
@@ -299,7 +299,7 @@ def test_scene_with_nothing_to_leave_out_is_untouched() -> None:
     other = sphere.scene.copy()
     other.render.engine = "CYCLES"
     trees = [(tree.name, tree.as_pointer()) for tree in bpy.data.node_groups]
-    (finding,) = simplify()
+    (finding,) = optimize_materials()
     assert finding.before == finding.after and finding.why == ("nothing to leave out",)
     assert [(tree.name, tree.as_pointer()) for tree in bpy.data.node_groups] == trees
 
@@ -308,7 +308,7 @@ def test_equal_uses_share_a_tree() -> None:
     sphere, node = shown(ROUGH_DIFFUSE)
     twin = materials.create("Twin", ROUGH_DIFFUSE)
     sphere.sphere.data.materials.append(twin)
-    simplify()
+    optimize_materials()
     assert node.node_tree == node_of(twin).node_tree and is_least(node)
 
 
@@ -319,7 +319,7 @@ def test_lamps_that_shine_nowhere_lose_their_slots() -> None:
         sphere.scene.collection.objects.link(light)
     off[1].hide_render, off[2].data.energy = True, 0.0
     chosen_lights.choose([sphere.sun, *off])
-    (finding,) = simplify()
+    (finding,) = optimize_materials()
     assert "lamps 2, 3, 4 (no light shines there)" in finding.why
     (group,) = (each for each in node.node_tree.nodes if each.bl_idname == "ShaderNodeGroup")
     assert {output.name for output in group.outputs if output.is_linked} == {"L 1", "E 1"}
@@ -342,20 +342,20 @@ def test_scattering_goes_where_it_blurs_less_than_half_a_pixel() -> None:
     sphere, node = shown(SUBSURFACE, Color=(1.0, 1.0, 1.0, 1.0))
     for share, seen in ((0.95, False), (1.05, True)):
         node.inputs["Subsurface Radius"].default_value = (share * half_a_pixel, 0.0, 0.0)
-        (finding,) = simplify()
+        (finding,) = optimize_materials()
         assert scatters(finding) == seen
     camera = sphere.scene.camera.data
     camera.type, camera.ortho_scale = "ORTHO", 7.0 * 36.0 / 125.0  # the same pixel
     for share, seen in ((0.95, False), (1.05, True)):
         node.inputs["Subsurface Radius"].default_value = (0.0, share * half_a_pixel, 0.0)
-        (finding,) = simplify()
+        (finding,) = optimize_materials()
         assert scatters(finding) == seen
 
 
 def test_every_camera_and_frame_counts() -> None:
     sphere, _ = shown(SUBSURFACE)  # millimetres: far below a pixel
     scene = sphere.scene
-    assert not scatters(simplify()[0])
+    assert not scatters(optimize_materials()[0])
     camera = scene.camera
     for frame, distance in ((1, 8.0), (10, 1.01), (20, 8.0)):
         camera.location.y = -distance
@@ -363,23 +363,23 @@ def test_every_camera_and_frame_counts() -> None:
     scene.frame_set(5, subframe=0.25)
     scene.frame_end = 5  # some 5 m away
     before = scene.frame_current, scene.frame_subframe
-    assert not scatters(simplify()[0]) and (scene.frame_current, scene.frame_subframe) == before
+    assert not scatters(optimize_materials()[0]) and (scene.frame_current, scene.frame_subframe) == before
     scene.frame_end = 20
-    assert scatters(simplify()[0])
+    assert scatters(optimize_materials()[0])
     camera.animation_data_clear()
     camera.location.y = -8.0
-    assert not scatters(simplify()[0])
+    assert not scatters(optimize_materials()[0])
     near = camera.copy()
     near.location.y = -1.01
     scene.collection.objects.link(near)
     scene.timeline_markers.new("Cut", frame=3).camera = near
-    assert scatters(simplify()[0])
+    assert scatters(optimize_materials()[0])
 
 
 @in_blender
 def test_camera_that_comes_near_brings_scattering_back() -> None:
     sphere, node = shown(SUBSURFACE)
-    simplify()
+    optimize_materials()
     sphere.scene.camera.location.y = -7.9
     sphere.scene.view_layers[0].update()
     assert is_least(node)
@@ -415,7 +415,7 @@ def set_engine(scene: bpy.types.Scene, _node: bpy.types.Node) -> None:
 def test_change_restores() -> None:
     sphere, node = shown(ROUGH_DIFFUSE)
     for change in (set_socket, set_menu, link_socket, key_socket, set_engine):
-        simplify()
+        optimize_materials()
         sphere.scene.view_layers[0].update()
         assert is_least(node)
         change(sphere.scene, node)
@@ -429,7 +429,7 @@ def test_script_that_changes_the_engine_and_renders_gets_the_right_picture() -> 
     sphere, node = shown(ROUGH_DIFFUSE, Model="EON", Roughness=1.0)
     _, whole = render.radiance(sphere.scene, engines.CYCLES, 1)
     sphere.scene.render.engine = engines.EEVEE.identifier
-    simplify()
+    optimize_materials()
     assert is_least(node)
     _, least = render.radiance(sphere.scene, engines.CYCLES, 1)
     assert least == whole
@@ -445,11 +445,11 @@ def test_settings_stay() -> None:
         values = ((socket.name, socket.default_value) for socket in node.inputs if socket.name in inputs)
         return {name: value if isinstance(value, (str, float)) else tuple(value) for name, value in values}
 
-    simplify()
+    optimize_materials()
     assert settings() == inputs and node.inputs["Normal"].links[0].from_socket == source
     node.inputs["Model"].default_value = "Wolff"  # the menu still knows all entries
     node.inputs["Model"].default_value = "EON"
-    assert restore() == 1
+    assert restore_materials() == 1
     assert settings() == inputs and node.inputs["Normal"].links[0].from_socket == source and node.node_tree == whole
 
 
@@ -485,13 +485,13 @@ def save(folder: Path) -> str:
 def test_simplified_file_is_loaded_as_it_was(tmp_path: Path) -> None:
     sphere, _ = shown(ROUGH_DIFFUSE, Quality="Exact for Chosen Lights")
     chosen_lights.choose([sphere.sun])
-    simplify()
+    optimize_materials()
     remove_unused()
     path = save(tmp_path)
     bpy.ops.wm.open_mainfile(filepath=path)
     node = node_of(bpy.data.materials["Shown"])
     assert is_least(node)
-    restore()
+    restore_materials()
     assert not is_least(node) and node.node_tree == ROUGH_DIFFUSE.ensure()
     assert [light.name for light in chosen_lights.chosen()] == ["Sun"]
 
@@ -499,7 +499,7 @@ def test_simplified_file_is_loaded_as_it_was(tmp_path: Path) -> None:
 def test_unused_groups_are_not_saved(tmp_path: Path) -> None:
     _, node = shown(ROUGH_DIFFUSE)
     SUBSURFACE.ensure()
-    simplify()
+    optimize_materials()
     remove_unused()
     path, name = save(tmp_path), node.node_tree.name
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -519,7 +519,7 @@ def test_linked_and_overridden_materials_are_refused(tmp_path: Path) -> None:
     for material in (linked, overridden):
         mesh.materials.append(material)
     bpy.context.scene.collection.objects.link(bpy.data.objects.new("Object", mesh))
-    found = simplify()
+    found = optimize_materials()
     assert [finding.after for finding in found] == [None, None]
     said = {finding.why[0].split(FILE)[0].split("/")[0] for finding in found}
     assert said == {"left alone: linked from ", "left alone: a library override"}
@@ -529,7 +529,7 @@ def test_edited_groups_are_refused() -> None:
     _, node = shown(ROUGH_DIFFUSE)
     inner = next(each.node_tree for each in node.node_tree.nodes if each.type == "GROUP" and "Oren-Nayar" in each.node_tree.name)
     next(each for each in inner.nodes if each.type == "MATH").inputs[1].default_value = 0.123
-    (finding,) = simplify()
+    (finding,) = optimize_materials()
     assert finding.after is None and "edited" in finding.why[0] and not is_least(node)
 
 
@@ -546,7 +546,7 @@ def test_groups_inside_the_artists_own_are_simplified() -> None:
     node.node_tree = own
     material.node_tree.links.new(node.outputs[0], material.node_tree.get_output_node("ALL").inputs["Surface"])
     sphere.sphere.data.materials[0] = material
-    simplify()
+    optimize_materials()
     assert is_least(inside) and inside.inputs["Color"].is_linked
 
 
@@ -555,7 +555,7 @@ def test_usd_of_a_simplified_material_is_that_of_the_whole(tmp_path: Path) -> No
     try:
         shown(SUBSURFACE, Model="EON", Roughness=0.5, Subsurface=0.25)
         texts = []
-        for prepare in (restore, simplify):
+        for prepare in (restore_materials, optimize_materials):
             prepare()
             file = tmp_path / f"{prepare.__name__}.usda"
             bpy.ops.wm.usd_export(filepath=str(file), export_lights=False, export_cameras=False)

@@ -16,7 +16,7 @@ from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.summary import claim_of, stated_error
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
 from true_diffuse.addon.operators import tolerance as tolerance_operator
-from true_diffuse.addon.optimize.materials import simplify
+from true_diffuse.addon.optimize.materials import optimize_materials
 from true_diffuse.addon.probe import measurement
 from true_diffuse.addon.probe.environment import environment
 from true_diffuse.addon.ui import panels, plots
@@ -147,7 +147,7 @@ def test_panel_says_that_a_material_is_simplified() -> None:
     material = clay()
     bpy.context.object.data.materials.append(material)
     assert "Simplified" not in drawn(material).texts
-    simplify()
+    optimize_materials()
     assert "Simplified" in drawn(material).texts
 
 

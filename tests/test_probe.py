@@ -11,14 +11,14 @@ import bpy
 import pytest
 
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
-from true_diffuse.addon.blender.id_properties import LEAST_FOR
+from true_diffuse.addon.blender.id_properties import SPECIALIZED_FOR
 from true_diffuse.addon.closures.lobe import CYCLES as CYCLES_LOBES
 from true_diffuse.addon.closures.lobe import PAIR
 from true_diffuse.addon.closures.lobes import Rendered
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.models import OrenNayar
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
-from true_diffuse.addon.optimize.materials import simplify
+from true_diffuse.addon.optimize.materials import optimize_materials
 from true_diffuse.addon.probe import measurement
 
 pytestmark = pytest.mark.usefixtures("empty_file")
@@ -145,10 +145,10 @@ def test_simplified_material_is_measured_whole_and_stays_simplified() -> None:
     material = materials.create("Clay", ROUGH_DIFFUSE, Model="Lambert", Color=COLOR)
     bpy.context.object.data.materials.append(material)
     claim = measurement.claim_of(material)
-    simplify()
+    optimize_materials()
     node = material.node_tree.nodes["Rough Diffuse"]
     least = node.node_tree
-    assert LEAST_FOR in least and measurement.claim_of(material) == claim
+    assert SPECIALIZED_FOR in least and measurement.claim_of(material) == claim
     assert measurement.measure(material, scene, Steps()).worst < 0.002
     assert node.node_tree == least
 

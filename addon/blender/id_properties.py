@@ -3,4 +3,4 @@
 
 STAMP = "true_diffuse"  # which group: "key/version"
 AS_BUILT = "true_diffuse_as_built"  # `graph.fingerprint` of the tree when it was built
-LEAST_FOR = "true_diffuse_least_for"  # of a tree that is the least of a group: the use it is for, see `leave_out`
+SPECIALIZED_FOR = "true_diffuse_least_for"  # of a tree optimized for one use of its group: that use, see `optimize.folding.Use`

@@ -10,7 +10,7 @@ from pathlib import Path
 import bpy
 
 from ..blender.extension import ASSET_FILE
-from ..blender.id_properties import AS_BUILT, LEAST_FOR, STAMP
+from ..blender.id_properties import AS_BUILT, SPECIALIZED_FOR, STAMP
 
 
 @bpy.app.handlers.persistent
@@ -22,7 +22,7 @@ def share(context: bpy.types.BlendImportContext) -> None:
     from ..nodes.graph import fingerprint
 
     def as_built(tree: bpy.types.NodeTree) -> bool:
-        return STAMP in tree and LEAST_FOR not in tree and tree.get(AS_BUILT) == fingerprint(tree)
+        return STAMP in tree and SPECIALIZED_FOR not in tree and tree.get(AS_BUILT) == fingerprint(tree)
 
     trees = [item for item in came if isinstance(item, bpy.types.ShaderNodeTree) and item.library is None and as_built(item)]
     for tree in trees:

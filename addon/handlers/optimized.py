@@ -7,14 +7,14 @@ next Simplify. Nothing but bpy is imported as long as a file has no least tree.
 
 import bpy
 
-from ..blender.id_properties import LEAST_FOR
+from ..blender.id_properties import SPECIALIZED_FOR
 
 ALWAYS = (bpy.types.Material, bpy.types.NodeTree, bpy.types.Action, bpy.types.Scene)
 PLACES = (bpy.types.Object, bpy.types.Light, bpy.types.Camera)
 
 
 def _least() -> list[bpy.types.NodeTree]:
-    return [tree for tree in bpy.data.node_groups if LEAST_FOR in tree]
+    return [tree for tree in bpy.data.node_groups if SPECIALIZED_FOR in tree]
 
 
 @bpy.app.handlers.persistent

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import bpy
 
 from ..blender.engines import CYCLES, EEVEE, ENGINES, REALTIME, Engine, uses_osl
-from ..blender.id_properties import LEAST_FOR
+from ..blender.id_properties import SPECIALIZED_FOR
 from ..closures.lobe import CYCLES as CYCLES_LOBES
 from ..closures.lobe import PAIR, SIGNED, SINGLE
 from ..closures.lobe_error import lobe_error
@@ -130,7 +130,7 @@ def claim_of_node(node: bpy.types.Node) -> Claim | None:
         return None  # an older version of the group, or one that somebody edited
     inputs = {socket.name: plain(socket.default_value) for socket in sockets}
     fed = frozenset(socket.name for socket in sockets if socket.is_linked)
-    simplified = LEAST_FOR in node.node_tree
+    simplified = SPECIALIZED_FOR in node.node_tree
     whole = next(iter(group.trees()), node.node_tree) if simplified else node.node_tree
     parts = [whole, *(inner.node_tree for inner in whole.nodes if inner.type == "GROUP")]  # Subsurface holds Rough Diffuse
     return Claim(group.key, inputs, fed, any(inner.type == "SCRIPT" for part in parts for inner in part.nodes))

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..blender.id_properties import AS_BUILT, LEAST_FOR, STAMP
+from ..blender.id_properties import AS_BUILT, SPECIALIZED_FOR, STAMP
 from ..blender.osl import compile_osl
 
 # Layout in the node editor's units: the width of a column, and what a node and each of its input sockets take of its height.
@@ -92,7 +92,7 @@ class Group:
 
     def trees(self, linked: bool = False) -> list[bpy.types.ShaderNodeTree]:
         """Return this group's trees in the current file, its own or those `linked` from others; appended ones come beside."""
-        whole = (tree for tree in bpy.data.node_groups if tree.get(STAMP) == self.stamp and LEAST_FOR not in tree)
+        whole = (tree for tree in bpy.data.node_groups if tree.get(STAMP) == self.stamp and SPECIALIZED_FOR not in tree)
         return [tree for tree in whole if (tree.library is not None) == linked]
 
     def rebuild(self, build: Callable[["Graph"], Mapping[str, "Value"]]) -> None:

@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..blender.id_properties import LEAST_FOR
+from ..blender.id_properties import SPECIALIZED_FOR
 
 
 class TRUE_DIFFUSE_OT_simplify(bpy.types.Operator):
@@ -23,9 +23,9 @@ class TRUE_DIFFUSE_OT_simplify(bpy.types.Operator):
         return found
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
-        from ..optimize.materials import remove_unused, rows, simplify, total
+        from ..optimize.materials import optimize_materials, remove_unused, rows, total
 
-        found = simplify()
+        found = optimize_materials()
         remove_unused()
         for row in rows(found):
             print("  ".join(row))
@@ -48,15 +48,15 @@ class TRUE_DIFFUSE_OT_restore(bpy.types.Operator):
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        simplified = any(LEAST_FOR in tree for tree in bpy.data.node_groups)
+        simplified = any(SPECIALIZED_FOR in tree for tree in bpy.data.node_groups)
         if not simplified:
             cls.poll_message_set("No material is simplified")
         return simplified
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
-        from ..optimize.materials import restore
+        from ..optimize.materials import restore_materials
 
-        self.report({"INFO"}, f"Restored {restore()} materials")
+        self.report({"INFO"}, f"Restored {restore_materials()} materials")
         return {"FINISHED"}
 
 

@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..blender.id_properties import LEAST_FOR
+from ..blender.id_properties import SPECIALIZED_FOR
 from .materials import group_nodes, restore_node
 from .usage import scenes_of, serves, still_right, unpacked
 
@@ -16,7 +16,7 @@ def check(scene: bpy.types.Scene | None) -> int:
     users = None
     restored = 0
     for owner, node in list(group_nodes()):
-        text = node.node_tree.get(LEAST_FOR)
+        text = node.node_tree.get(SPECIALIZED_FOR)
         if text is None or owner.library:
             continue
         right = still_right(text, owner, node)
@@ -34,5 +34,5 @@ def check(scene: bpy.types.Scene | None) -> int:
 
 def depends_on_places(tree: bpy.types.ShaderNodeTree) -> bool:
     """Return whether a light, an object or a camera that changes can make a least tree wrong."""
-    use = unpacked(tree[LEAST_FOR])
+    use = unpacked(tree[SPECIALIZED_FOR])
     return use.flat or not all(use.shining)

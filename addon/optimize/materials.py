@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..blender.id_properties import AS_BUILT, LEAST_FOR, STAMP
+from ..blender.id_properties import AS_BUILT, SPECIALIZED_FOR, STAMP
 from ..material.upgrade import upgrade_node
 from ..nodes import GROUPS, Group, chosen_lights
 from ..nodes.graph import fingerprint, stamp_of
@@ -38,12 +38,12 @@ class Finding:
         return f"{self.before.nodes} -> {self.after.nodes}", f"{self.before.closures} -> {self.after.closures}"
 
 
-def simplify() -> list[Finding]:
+def optimize_materials() -> list[Finding]:
     """Make all of the file's materials render by the least that gives the same picture in the scenes that use them.
 
     Returns a finding for each node of our groups that a scene uses, in the order of their owners' names.
     """
-    restore()
+    restore_materials()
     users = bpy.data.user_map()
     made = _Made()
     found = []
@@ -54,12 +54,12 @@ def simplify() -> list[Finding]:
     return found
 
 
-def restore() -> int:
+def restore_materials() -> int:
     """Give all nodes of the file their whole groups back; returns how many had less."""
-    nodes = [node for _, node in group_nodes() if LEAST_FOR in node.node_tree and node.node_tree.library is None]
+    nodes = [node for _, node in group_nodes() if SPECIALIZED_FOR in node.node_tree and node.node_tree.library is None]
     for node in nodes:
         restore_node(node)
-    for tree in [tree for tree in bpy.data.node_groups if LEAST_FOR in tree and tree.users == 0]:
+    for tree in [tree for tree in bpy.data.node_groups if SPECIALIZED_FOR in tree and tree.users == 0]:
         bpy.data.node_groups.remove(tree)
     return len(nodes)
 
@@ -137,7 +137,7 @@ def _refusal(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Scen
     key, version = stamp_of(node)
     group = next(group for group in GROUPS if group.key == key)
     if owner.library:
-        text = node.node_tree.get(LEAST_FOR)
+        text = node.node_tree.get(SPECIALIZED_FOR)
         wrong = text is not None and not all(serves(unpacked(text), owner, scene) for scene in scenes)
         return f"left alone: linked from {owner.library.filepath}" + (", where it was simplified for another use" if wrong else "")
     if owner.override_library:
@@ -173,7 +173,7 @@ def least(group: Group, whole: bpy.types.ShaderNodeTree, use: Use) -> bpy.types.
     tree.nodes.clear()
     tree.animation_data_clear()
     del tree[AS_BUILT]
-    tree[LEAST_FOR] = packed(use)
+    tree[SPECIALIZED_FOR] = packed(use)
     tree.use_fake_user = False
     graph = Folding(tree, use)
     graph.end(group.build(graph))

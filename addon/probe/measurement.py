@@ -18,7 +18,7 @@ from ...scenes.slab import slab
 from ...scenes.sphere import SphereUnderSun, sphere_under_sun
 from ..blender import engines
 from ..blender.engines import CYCLES, EEVEE, REALTIME, Engine, uses_osl
-from ..blender.id_properties import LEAST_FOR
+from ..blender.id_properties import SPECIALIZED_FOR
 from ..material import materials
 from ..material.read import group_node
 from ..material.summary import Claim, claim_of, engine_of
@@ -238,7 +238,7 @@ def _copy(material: bpy.types.Material) -> bpy.types.Material:
     """Return a copy of `material` whose surface is its group, whole, with nothing that feeds it."""
     copy = material.copy()
     node = _node(copy)
-    if LEAST_FOR in node.node_tree:
+    if SPECIALIZED_FOR in node.node_tree:
         restore_node(node)  # what was left out may be needed here
     tree = copy.node_tree
     tree.animation_data_clear()

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from ..blender.id_properties import LEAST_FOR
+from ..blender.id_properties import SPECIALIZED_FOR
 from ..operators.apply import TRUE_DIFFUSE_OT_apply_preset
 from ..operators.context import material_of, node_of
 from ..operators.convert import TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes
@@ -110,7 +110,7 @@ def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, materi
     column = layout.column()
     column.enabled = node.id_data.is_editable and not refusal(material)
     draw_sockets(column, node)
-    if LEAST_FOR in node.node_tree:
+    if SPECIALIZED_FOR in node.node_tree:
         column.label(text="Simplified", icon="INFO")
         _caption(column, "Edit a socket for the whole group")
     if claim.follows_lamps:

@@ -14,7 +14,7 @@ import bpy
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.engines import ENGINES, Engine
 from true_diffuse.addon.measure.record import Progress, Record
-from true_diffuse.addon.optimize.materials import Finding, restore
+from true_diffuse.addon.optimize.materials import Finding, restore_materials
 from true_diffuse.addon.probe.environment import environment, merged
 from true_diffuse.scripts.characters import character as characters
 from true_diffuse.scripts.characters import face as scene
@@ -104,7 +104,7 @@ class Face:
             self.stage = scene.build(characters.load(who), who == "human", self.order.resolution)
             self._character = part.character
         if engine is not self._engine:
-            restore()
+            restore_materials()
             engines.use(self.stage.scene, engine, self.order.samples[engine.key])
             self.left_out[engine.label] = left_out(engine) if self.order.leave_out else []
             self._engine = engine

@@ -24,7 +24,7 @@ from true_diffuse.addon.blender.osl import compiles_osl
 from true_diffuse.addon.closures.quality import CHOSEN_LIGHTS
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, chosen_lights
-from true_diffuse.addon.optimize.materials import Finding, restore, simplify
+from true_diffuse.addon.optimize.materials import Finding, optimize_materials, restore_materials
 from true_diffuse.addon.probe.environment import environment, merged
 from true_diffuse.scenes import five_characters
 from true_diffuse.scripts.characters import character as characters
@@ -203,7 +203,7 @@ class Five:
             character.subject.data = self._meshes[part.frame]
         self.stage.scene.view_layers[0].update()
         if engine is not self._engine:
-            restore()
+            restore_materials()
             if way := self.order.ways.get(engine.key):
                 self._choose(way)
             engines.use(self.stage.scene, engine, self.order.samples[engine.key])
@@ -252,7 +252,7 @@ class Five:
         if self.order.holds and engine in (CYCLES, REALTIME):
             takes = [(None, one)]
             if engine is CYCLES:
-                restore()
+                restore_materials()
                 self._engine = None  # what comes next has its materials simplified again
                 if self.order.holds_osl and compiles_osl():
                     takes += [(None, take) for take in five.measure_osl(only, seen, progress)]
@@ -343,7 +343,7 @@ def left_out(engine: Engine) -> list[Finding]:
 
     Realtime takes a material's values, not its nodes, whatever was left out of them.
     """
-    return [] if engine is REALTIME else simplify()
+    return [] if engine is REALTIME else optimize_materials()
 
 
 def floats(path: Path) -> array[float]:

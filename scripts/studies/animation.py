@@ -21,7 +21,7 @@ from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, chosen_lights
-from true_diffuse.addon.optimize.materials import simplify
+from true_diffuse.addon.optimize.materials import optimize_materials
 from true_diffuse.scenes.sphere import sphere_under_sun
 
 LENGTH = 24  # frames from START to END
@@ -116,7 +116,7 @@ class Shot:
     def film(self, engine: Engine, samples: int, frames: Sequence[int]) -> list[array[float]]:
         """Return the linear RGB of `frames`, rendered as Blender renders an animation, from the first to the last by even steps."""
         engines.use(self.scene, engine, samples)
-        simplify()
+        optimize_materials()
         with tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder:
             image = self.scene.render.image_settings
             image.media_type, image.file_format, image.color_depth = "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER", "32"

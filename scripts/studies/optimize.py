@@ -24,7 +24,7 @@ from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.addon.optimize.materials import Finding, restore, simplify, total
+from true_diffuse.addon.optimize.materials import Finding, optimize_materials, restore_materials, total
 from true_diffuse.scenes import five_characters
 from true_diffuse.scenes.sphere import sphere_under_sun
 from true_diffuse.scripts.characters import face
@@ -148,14 +148,14 @@ def records(load: Callable[[], bpy.types.Mesh], used: Sequence[Engine], folder: 
         for engine in used:
             scene = case.scenes[engine]
             with progress.step(f"Pictures  {engine.label}  {case.name}", 1.0):
-                restore()
+                restore_materials()
                 width, height = scene.render.resolution_x, scene.render.resolution_y
                 render.crop(scene, render.Region(1, 0, width - 1, height))  # EEVEE's other noise needs the column at the left
                 engines.use(scene, engine, SAMPLES[engine])
                 before = _saved(folder / "before.blend")
                 whole = _takes(scene, engine)
                 engines.use(scene, engine, SAMPLES[engine])
-                found = simplify()
+                found = optimize_materials()
                 after = _saved(folder / "after.blend")
                 least = _takes(scene, engine)
             turns: dict[Path, list[list[float]]] = {before: [], after: []}
