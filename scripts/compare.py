@@ -29,7 +29,7 @@ from true_diffuse.scripts.farm import jobs
 if TYPE_CHECKING:
     from true_diffuse.addon.blender.engines import Engine
     from true_diffuse.addon.measure.record import Record
-    from true_diffuse.addon.optimize.materials import Finding
+    from true_diffuse.addon.optimize.materials import OptimizedNode
     from true_diffuse.addon.probe.tolerance import Choice
     from true_diffuse.scripts.farm.face import Face
     from true_diffuse.scripts.farm.face import Order as FaceOrder
@@ -364,7 +364,7 @@ def _got(
     return found
 
 
-def _tell_left_out(found: Mapping[str, list["Finding"]], terminal: Terminal) -> None:
+def _tell_left_out(found: Mapping[str, list["OptimizedNode"]], terminal: Terminal) -> None:
     """Restore the materials, and say what was left out of them, by engine."""
     from true_diffuse.addon.optimize.materials import COLUMNS, restore_materials, rows
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Handlers that look after least trees: where Blender says that something changed, and before each render whatever it says.
+"""Handlers that restore an optimized material when an edit makes its specialized tree wrong, and before each render.
 
-An edit of a socket, another engine, a lamp that lights up, a camera that comes near: the node has its whole group again, until the
-next Simplify. Nothing but bpy is imported as long as a file has no least tree.
+Such edits are that of a socket, another engine, a light that is switched on, a camera that comes near. As long as a file has no
+optimized material the handlers import nothing but bpy.
 """
 
 import bpy
@@ -10,42 +10,42 @@ import bpy
 from ..blender.id_properties import SPECIALIZED_FOR
 
 ALWAYS = (bpy.types.Material, bpy.types.NodeTree, bpy.types.Action, bpy.types.Scene)
-PLACES = (bpy.types.Object, bpy.types.Light, bpy.types.Camera)
+OBJECTS = (bpy.types.Object, bpy.types.Light, bpy.types.Camera)
 
 
-def _least() -> list[bpy.types.NodeTree]:
+def _specialized_trees() -> list[bpy.types.NodeTree]:
     return [tree for tree in bpy.data.node_groups if SPECIALIZED_FOR in tree]
 
 
 @bpy.app.handlers.persistent
 def after_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    least = _least()
-    if not least:
+    trees = _specialized_trees()
+    if not trees:
         return
-    from ..optimize.invalidate import check, depends_on_places
+    from ..optimize.invalidate import depends_on_objects, invalidate
 
-    kinds = ALWAYS + PLACES if any(map(depends_on_places, least)) else ALWAYS
-    if any(isinstance(update.id, kinds) for update in depsgraph.updates):
-        check(scene)
+    types = ALWAYS + OBJECTS if any(map(depends_on_objects, trees)) else ALWAYS
+    if any(isinstance(update.id, types) for update in depsgraph.updates):
+        invalidate(scene)
 
 
 @bpy.app.handlers.persistent
 def before_render(scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph | None = None) -> None:
-    if _least():
-        from ..optimize.invalidate import check
+    if _specialized_trees():
+        from ..optimize.invalidate import invalidate
 
-        if bpy.app.background:  # where scripts move things and render at once; a window's loop has seen to that
+        if bpy.app.background:  # where a script may change objects and render at once; with a window Blender has updated
             for layer in scene.view_layers:
                 layer.update()
-        check(scene)
+        invalidate(scene)
 
 
 @bpy.app.handlers.persistent
 def after_load(*_: object) -> None:
-    if _least():
-        from ..optimize.invalidate import check
+    if _specialized_trees():
+        from ..optimize.invalidate import invalidate
 
-        check(None)
+        invalidate(None)
 
 
 HANDLERS = (

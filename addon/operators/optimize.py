@@ -25,15 +25,19 @@ class TRUE_DIFFUSE_OT_simplify(bpy.types.Operator):
     def execute(self, _context: bpy.types.Context) -> set[str]:
         from ..optimize.materials import optimize_materials, remove_unused, rows, total
 
-        found = optimize_materials()
+        results = optimize_materials()
         remove_unused()
-        for row in rows(found):
+        for row in rows(results):
             print("  ".join(row))
-        before, after, alone = total(found, "before"), total(found, "after"), [each for each in found if each.after is None]
+        before, after, alone = (
+            total(results, "before"),
+            total(results, "after"),
+            [result for result in results if result.after is None],
+        )
         nodes, closures = before.nodes - after.nodes, before.closures - after.closures
         said = f"Left out {nodes} of {before.nodes} nodes and {closures} of {before.closures} closures"
         if alone:
-            self.report({"WARNING"}, f"{said}; {alone[0].owner} {alone[0].why[0]}" + (" (and others)" if alone[1:] else ""))
+            self.report({"WARNING"}, f"{said}; {alone[0].owner} {alone[0].reasons[0]}" + (" (and others)" if alone[1:] else ""))
         else:
             self.report({"INFO"}, said)
         return {"FINISHED"}

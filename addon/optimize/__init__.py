@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Leaving out what a scene does not need: each of our groups as the least that renders the same picture."""
+"""Node trees specialized for one use of a group: they render the same picture with fewer nodes and closures."""

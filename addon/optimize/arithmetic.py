@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Blender's Math and Vector Math nodes make of plain numbers, for the operations that our groups use. No bpy.
+"""Blender's Math and Vector Math nodes on plain numbers, for the operations that our groups use. No bpy.
 
-They never fail: a number over 0 is 0, the root of a negative number 0, an arccosine's argument is cut to [-1, 1]; and the larger or
-smaller of a number and NaN is the number. The nodes have 32 bits, here are 64.
+As in the nodes, no operation fails: x / 0 is 0, the square root of a negative number is 0, the argument of arccosine is clamped to
+[-1, 1], and the maximum or minimum of a number and NaN is the number. The nodes compute in 32 bits, these functions in 64.
 """
 
 import math
@@ -33,7 +33,7 @@ def multiply_add(a: float, b: float, c: float) -> float:
 
 
 def power(base: float, exponent: float) -> float:
-    """Return base^exponent; 0 where that is no number, infinity where it is too large for one."""
+    """Return base^exponent: 0 where it is undefined, infinity where it overflows."""
     try:
         result = math.pow(base, exponent)
     except ValueError:
@@ -109,26 +109,26 @@ VECTORS: Mapping[str, Callable[..., Plain]] = {
 
 
 def scalar(operation: str, *operands: float) -> float:
-    """Return what a Math node gives. Raises KeyError for an operation that is not here."""
+    """Return the result of a Math node. Raises KeyError for an unsupported operation."""
     return SCALARS[operation](*operands)
 
 
 def vector(operation: str, *operands: Plain) -> Plain:
-    """Return what a Vector Math node gives; numbers count for each component. Raises KeyError for an operation that is not here."""
-    wide = [spread(operand) for operand in operands]
+    """Return the result of a Vector Math node; a number stands for three equal components. Raises KeyError as `scalar` does."""
+    vectors = [spread(operand) for operand in operands]
     if operation in VECTORS:
-        return VECTORS[operation](*wide)
-    red, green, blue = (scalar(operation, *components) for components in zip(*wide, strict=True))
+        return VECTORS[operation](*vectors)
+    red, green, blue = (scalar(operation, *components) for components in zip(*vectors, strict=True))
     return (red, green, blue)
 
 
 def node(is_vector: bool, operation: str, operands: Sequence[Plain]) -> Plain:
-    """Return what a node of either kind gives; raises KeyError as they do."""
+    """Return the result of a Vector Math or else a Math node. Raises KeyError as `scalar` does."""
     if is_vector:
         return vector(operation, *operands)
-    return scalar(operation, *(each for each in operands if not isinstance(each, tuple)))
+    return scalar(operation, *(operand for operand in operands if not isinstance(operand, tuple)))
 
 
 def spread(value: Plain) -> Vector:
-    """Return a number as a vector that has it thrice; a vector as it is."""
+    """Return a number as a vector of three equal components, and a vector unchanged."""
     return value if isinstance(value, tuple) else (value, value, value)

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A graph for one use of a group: it works out what is known ahead, and makes only the nodes that reach the group's outputs.
+"""Constant folding and dead code elimination for node groups: a graph specialized for one use of a group.
 
-The groups' own `build` functions run in it. A value is `Constant`, known ahead, or `Later`: a node that is made when something
-that is made needs it. A closure that is too dark to be seen is `Nothing`.
+A group's own `build` function runs in it. A value is a `Constant`, or a `LazyValue` whose node is created only when an output of
+the group needs it. A closure too dark to be seen is a `NullClosure`.
 """
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
 import bpy
 
@@ -17,33 +18,45 @@ from ..nodes.subsurface import MEAN_FREE_PATH
 from . import arithmetic
 from .arithmetic import Plain
 
-LEAST = 1e-4  # of what a white surface lit head on reflects: a lobe below it is left out
+NEGLIGIBLE = 1e-4  # color below which a closure is left out, relative to white
 SCALAR, VECTOR = "ShaderNodeMath", "ShaderNodeVectorMath"
 VECTOR_OUTPUTS = {"Vector", "Color"}
-WIDE = {"NodeSocketVector", "NodeSocketColor"}
-DARK = (0.0, 0.0, 0.0)
+VECTOR_SOCKETS = {"NodeSocketVector", "NodeSocketColor"}
+ZERO = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Use:
-    """What is known ahead of one use of a group.
+    """What is constant in one use of a group. Files keep it as JSON, so the names of the fields stay.
 
-    `inputs` has the sockets that nothing feeds, colors without alpha. The rest is None where the scenes that use it differ.
+    `eevee`, `osl` and `meter` are None where the scenes that use the group differ.
     """
 
     inputs: Mapping[str, Plain | str]
+    """The values of the sockets without link, driver or keyframes, by name; colors without alpha."""
     eevee: bool | None = None
     osl: bool | None = None
     meter: float | None = None
-    """How many of the scene's units a meter has."""
+    """A meter in the scene's units."""
     shining: tuple[bool, ...] = field(default=(True,) * SLOTS)
-    """Which of the chosen lamps' slots hold a light that shines."""
+    """Whether the light in each slot of the chosen lights shines."""
     flat: bool = False
-    """Whether light comes out of the matter so near to where it enters that nobody sees it."""
+    """Whether the blur by subsurface scattering is invisible, so that it can be drawn as diffuse reflection."""
+
+    def to_json(self) -> str:
+        """Return all fields as JSON text, the same for equal uses."""
+        return json.dumps(asdict(self), sort_keys=True)
+
+    @classmethod
+    def from_json(cls, text: str) -> "Use":
+        """Return the use that `to_json` wrote as `text`."""
+        values = json.loads(text)
+        values["inputs"] = {name: tuple(value) if isinstance(value, list) else value for name, value in values["inputs"].items()}
+        return cls(**values)
 
 
 class Constant(Value):
-    """A number or vector that is known ahead."""
+    """A number or vector that is constant."""
 
     def __init__(self, graph: Graph, value: Plain) -> None:
         self.graph = graph
@@ -55,61 +68,61 @@ class Constant(Value):
 
 
 class Entry(Value):
-    """The entry of a menu that is chosen; `menu` is the group's own input that it is chosen in, if there."""
+    """The chosen entry of a menu; `menu` is the group's input that chooses it, None where the code of a group does."""
 
     def __init__(self, graph: Graph, entry: str, menu: Socket | None = None) -> None:
         self.graph, self.entry, self.menu = graph, entry, menu
 
 
 class Bundle(Value):
-    """Several values as one."""
+    """Named values that travel over one link."""
 
     def __init__(self, graph: Graph, items: Mapping[str, Value]) -> None:
         self.graph, self.items = graph, items
 
 
-class Nothing(Value):
-    """A closure that is too dark to be seen."""
+class NullClosure(Value):
+    """A closure too dark to be seen."""
 
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
 
 
-class Later(Value):
-    """A value whose node is made once, when its socket is first asked for."""
+class LazyValue(Value):
+    """A value whose node is created by `create` when its socket is first needed."""
 
-    def __init__(self, graph: Graph, make: Callable[[], Value], is_vector: bool) -> None:
+    def __init__(self, graph: Graph, create: Callable[[], Value], is_vector: bool) -> None:
         self.graph = graph
-        self.make = make
-        self.vector = is_vector
-        self.made: Value | None = None
+        self._create = create
+        self._is_vector = is_vector
+        self._value: Value | None = None
 
     @property
     def socket(self) -> bpy.types.NodeSocket:
-        if self.made is None:
-            self.made = self.make()
-        return self.made.socket
+        if self._value is None:
+            self._value = self._create()
+        return self._value.socket
 
     @property
     def is_vector(self) -> bool:
-        return self.vector
+        return self._is_vector
 
 
-class Folding(Graph):
-    """Fills `tree` with the least that gives what a group gives for one `use` of it."""
+class ConstantFoldingGraph(Graph):
+    """Fills `tree` with the nodes that a group needs for one `use`, and no others."""
 
     def __init__(self, tree: bpy.types.ShaderNodeTree, use: Use) -> None:
         super().__init__(tree)
         self._use = use
-        self._given: Mapping[str, Value] | None = None
+        self._arguments: Mapping[str, Value] | None = None  # of a group that is built in place
         self._outer = self
         self._menus: dict[Socket, Sequence[tuple[str, str, Operand]]] = {}
-        self._shared: dict[object, Value] = {}  # by what they are: made once in all groups that are built in place
+        self._shared: dict[object, Value] = {}  # by what they compute; common to all groups built in place
 
-    # What is known
+    # Constants
 
     def plain(self, value: Operand) -> Operand:
-        """Return the number or vector where `value` is known ahead, else `value`; a color without its alpha."""
+        """Return the number or vector of a constant, and any other `value` unchanged; a color without alpha."""
         if isinstance(value, Constant):
             return value.value
         return value[:3] if isinstance(value, tuple) else value
@@ -122,61 +135,61 @@ class Folding(Graph):
         return None if isinstance(value, Value) else value
 
     def all_known(self, *values: Operand) -> list[Plain] | None:
-        """Return the numbers and vectors where all `values` are known ahead, else None."""
-        known = [each for each in map(self.known, values) if each is not None]
+        """Return the numbers and vectors of `values` where all are constant, else None."""
+        known = [value for value in map(self.known, values) if value is not None]
         return known if len(known) == len(values) else None
 
     def is_all(self, value: Operand, number: float) -> bool:
-        """Return whether `value`, or each component of it, is known ahead to be `number`."""
+        """Return whether `value`, or each component of it, is constant and equal to `number`."""
         known = self.known(value)
         return known is not None and all(component == number for component in arithmetic.spread(known))
 
     def negligible(self, value: Operand) -> bool:
-        """Return whether a color or weight that was worked out ahead is below LEAST; what is written as a number is meant to be."""
-        return isinstance(value, Constant) and all(abs(x) < LEAST for x in arithmetic.spread(value.value))
+        """Return whether a color or weight that was folded to a constant is below NEGLIGIBLE; plain numbers never are."""
+        return isinstance(value, Constant) and all(abs(x) < NEGLIGIBLE for x in arithmetic.spread(value.value))
 
     def input(self, socket: Socket) -> Value:
-        if self._given is None:
+        if self._arguments is None:
             return self._own_input(socket)
-        given = self._given.get(socket.name)
-        if given is None and isinstance(socket.default, (float, tuple)):
-            given = self.value(self.plain(socket.default))
-        if isinstance(given, Constant) and socket.kind in WIDE:
-            given = Constant(self, arithmetic.spread(given.value))
-        if given is None:
-            raise TypeError(f"{socket.name} is neither given nor has a number for it")
-        return given
+        argument = self._arguments.get(socket.name)
+        if argument is None and isinstance(socket.default, (float, tuple)):
+            argument = self.value(self.plain(socket.default))
+        if isinstance(argument, Constant) and socket.kind in VECTOR_SOCKETS:
+            argument = Constant(self, arithmetic.spread(argument.value))
+        if argument is None:
+            raise TypeError(f"{socket.name} has neither an argument nor a default")
+        return argument
 
     def _own_input(self, socket: Socket) -> Value:
         known = self._use.inputs.get(socket.name)
-        if socket == NORMAL and known != DARK:  # a constant that is folded is no normal to Cycles' OSL: it takes the surface's own
+        if socket == NORMAL and known != ZERO:  # Cycles' OSL would ignore a constant and use the surface's own normal
             known = None
         if known is None:
-            return self._once(("input", socket.name), lambda: Graph.input(self, socket), socket.kind in WIDE)
+            return self._once(("input", socket.name), lambda: Graph.input(self, socket), socket.kind in VECTOR_SOCKETS)
         if isinstance(known, str):
             return Entry(self, known, socket)
-        return Constant(self, DARK if self._use.flat and socket == MEAN_FREE_PATH else known)
+        return Constant(self, ZERO if self._use.flat and socket == MEAN_FREE_PATH else known)
 
     def in_eevee(self) -> Value:
-        return self._settled("in_eevee", self._use.eevee)
+        return self._scene_value("in_eevee", self._use.eevee)
 
     def uses_osl(self) -> Value:
-        return self._settled("uses_osl", self._use.osl)
+        return self._scene_value("uses_osl", self._use.osl)
 
     def meter(self) -> Value:
-        return self._settled("meter", self._use.meter)
+        return self._scene_value("meter", self._use.meter)
 
-    def _settled(self, name: str, value: float | None) -> Value:
+    def _scene_value(self, name: str, value: float | None) -> Value:
         if value is None:
             return self._once(name, lambda: getattr(Graph, name)(self), False)
         return Constant(self, float(value))
 
-    def _later(self, make: Callable[[], Value], is_vector: bool) -> Value:
-        return Later(self, make, is_vector)
+    def _lazy(self, create: Callable[[], Value], is_vector: bool) -> Value:
+        return LazyValue(self, create, is_vector)
 
-    def _once(self, key: object, make: Callable[[], Value], is_vector: bool) -> Value:
+    def _once(self, key: object, create: Callable[[], Value], is_vector: bool) -> Value:
         if key not in self._shared:
-            self._shared[key] = self._later(make, is_vector)
+            self._shared[key] = self._lazy(create, is_vector)
         return self._shared[key]
 
     # Arithmetic
@@ -195,22 +208,20 @@ class Folding(Graph):
         if known is not None:
             return Constant(self, arithmetic.node(kind == VECTOR, str(properties["operation"]), known))
         is_vector = output in VECTOR_OUTPUTS or kind == "ShaderNodeCombineXYZ"
-        return self._later(lambda: Graph.node(self, kind, inputs, output, **properties), is_vector)
+        return self._lazy(lambda: Graph.node(self, kind, inputs, output, **properties), is_vector)
 
     def calculate(self, operation: str, a: Operand, b: Operand) -> Value:
-        wide = [isinstance(x, tuple) or (isinstance(x, Value) and x.is_vector) for x in (a, b)]
+        vectors = [isinstance(x, tuple) or (isinstance(x, Value) and x.is_vector) for x in (a, b)]
         known = self.all_known(a, b)
         if known is not None:
-            return Constant(self, arithmetic.node(any(wide), operation, known))
-        none, one = ([self.is_all(x, number) for x in (a, b)] for number in (0.0, 1.0))
-        if (operation == "MULTIPLY" and any(none)) or (operation == "DIVIDE" and none[0]):
-            return Constant(self, DARK if any(wide) else 0.0)
-        # what changes nothing, where the rest is as wide as the result
-        neutral = {"ADD": none, "SUBTRACT": [False, none[1]], "MULTIPLY": one, "DIVIDE": [False, one[1]]}.get(
-            operation, [False] * 2
-        )
-        for neutral_here, other, other_wide in zip(neutral, (b, a), reversed(wide), strict=True):
-            if neutral_here and isinstance(other, Value) and other_wide == any(wide):
+            return Constant(self, arithmetic.node(any(vectors), operation, known))
+        zero, one = ([self.is_all(x, number) for x in (a, b)] for number in (0.0, 1.0))
+        if (operation == "MULTIPLY" and any(zero)) or (operation == "DIVIDE" and zero[0]):
+            return Constant(self, ZERO if any(vectors) else 0.0)
+        # operands that change nothing, where the other one has the type of the result
+        neutral = {"ADD": zero, "SUBTRACT": [False, zero[1]], "MULTIPLY": one, "DIVIDE": [False, one[1]]}
+        for is_neutral, other, is_vector in zip(neutral.get(operation, [False] * 2), (b, a), reversed(vectors), strict=True):
+            if is_neutral and isinstance(other, Value) and is_vector == any(vectors):
                 return other
         return super().calculate(operation, self.plain(a), self.plain(b))
 
@@ -219,7 +230,7 @@ class Folding(Graph):
         if known is not None:
             return Constant(self, arithmetic.vector("MULTIPLY", *known))
         if self.is_all(vector, 0.0) or self.is_all(factor, 0.0):
-            return Constant(self, DARK)
+            return Constant(self, ZERO)
         return super().scale(vector, factor)
 
     def multiply_add(self, a: Operand, b: Operand, c: Operand) -> Value:
@@ -232,13 +243,13 @@ class Folding(Graph):
         known = self.all_known(x, y, z)
         if known is None:
             return super().vector(x, y, z)
-        return Constant(self, tuple(each for each in known if isinstance(each, float)))
+        return Constant(self, tuple(component for component in known if isinstance(component, float)))
 
     def separate(self, vector: Value) -> tuple[Value, ...]:
         known = self.known(vector)
         if isinstance(known, tuple):
             return tuple(Constant(self, component) for component in known)
-        return self._together(lambda: dict(enumerate(Graph.separate(self, vector))), dict.fromkeys(range(3), False))
+        return self._outputs(lambda: dict(enumerate(Graph.separate(self, vector))), dict.fromkeys(range(3), False))
 
     def geometry(self, output: str) -> Value:
         return self._once(("geometry", output), lambda: Graph.geometry(self._outer, output), True)
@@ -247,103 +258,103 @@ class Folding(Graph):
         known = self.known(factor)
         if known in (0.0, 1.0):
             return self.value(self.plain(second if known else first))
-        return self._later(lambda: Graph.mix(self, factor, first, second), True)
+        return self._lazy(lambda: Graph.mix(self, factor, first, second), True)
 
     # Closures
 
     def diffuse(self, color: Operand, normal: Value, roughness: Operand = 0.0, share: float = 1.0) -> Value:
         if self.negligible(color):
-            return Nothing(self)
-        same = (*map(_identity, map(self.plain, (color, normal, roughness))), share)
-        if same not in self._shared:
-            self._shared[same] = super().diffuse(color, normal, roughness, share)
-        return self._shared[same]
+            return NullClosure(self)
+        key = (*map(_identity, map(self.plain, (color, normal, roughness))), share)
+        if key not in self._shared:
+            self._shared[key] = super().diffuse(color, normal, roughness, share)
+        return self._shared[key]
 
     def subsurface(
         self, falloff: str, color: Operand, radius: Operand, scale: Operand, normal: Value, ior: float | None = None
     ) -> Value:
         if self.is_all(radius, 0.0) or self.is_all(scale, 0.0):
             return self.diffuse(color, normal)
-        return Nothing(self) if self.negligible(color) else super().subsurface(falloff, color, radius, scale, normal, ior)
+        return NullClosure(self) if self.negligible(color) else super().subsurface(falloff, color, radius, scale, normal, ior)
 
     def beckmann(self, color: Operand, roughness: Operand, normal: Value) -> Value:
-        return Nothing(self) if self.negligible(color) else super().beckmann(color, roughness, normal)
+        return NullClosure(self) if self.negligible(color) else super().beckmann(color, roughness, normal)
 
     def emission(self, radiance: Value) -> Value:
-        return Nothing(self) if self.negligible(radiance) else super().emission(radiance)
+        return NullClosure(self) if self.negligible(radiance) else super().emission(radiance)
 
     def shader_to_rgb(self, shader: Value) -> Value:
-        return Constant(self, DARK) if isinstance(shader, Nothing) else super().shader_to_rgb(shader)
+        return Constant(self, ZERO) if isinstance(shader, NullClosure) else super().shader_to_rgb(shader)
 
     def add_shader(self, first: Value, *others: Value) -> Value:
-        shining = [shader for shader in (first, *others) if not isinstance(shader, Nothing)]
-        return super().add_shader(*shining) if shining else first
+        visible = [shader for shader in (first, *others) if not isinstance(shader, NullClosure)]
+        return super().add_shader(*visible) if visible else first
 
     def mix_shader(self, factor: Operand, first: Value | None, second: Value) -> Value:
-        first = first or Nothing(self)
-        share = self.known(factor)
-        if first is second or (isinstance(share, float) and share < LEAST):
+        first = first or NullClosure(self)
+        weight = self.known(factor)
+        if first is second or (isinstance(weight, float) and weight < NEGLIGIBLE):
             return first
-        if isinstance(share, float) and share > 1.0 - LEAST:
+        if isinstance(weight, float) and weight > 1.0 - NEGLIGIBLE:
             return second
-        if isinstance(second, Nothing):
-            return first if isinstance(first, Nothing) else super().mix_shader(1.0 - self.value(factor), None, first)
-        return super().mix_shader(factor, None if isinstance(first, Nothing) else first, second)
+        if isinstance(second, NullClosure):
+            return first if isinstance(first, NullClosure) else super().mix_shader(1.0 - self.value(factor), None, first)
+        return super().mix_shader(factor, None if isinstance(first, NullClosure) else first, second)
 
     def script(self, stem: str, **inputs: Operand) -> Value:
-        return self._later(lambda: Graph.script(self, stem, **inputs), False)
+        return self._lazy(lambda: Graph.script(self, stem, **inputs), False)
 
     # Groups, menus and bundles
 
     def group(self, group: Group, **inputs: Operand | str) -> dict[str, Value]:
-        """Return the outputs of another group, built in place; the group of the lamps stays one, for all materials to follow."""
+        """Return the outputs of another group, built in place; the group of the chosen lights stays one for all materials."""
         if group is LIGHTS:
-            return self._lamps()
+            return self._chosen_lights()
         inner = copy(self)
-        inner._given = {
+        inner._arguments = {
             name.replace("_", " "): Entry(self, value) if isinstance(value, str) else self.value(self.plain(value))
             for name, value in inputs.items()
         }
         return dict(group.build(inner))
 
-    def _lamps(self) -> dict[str, Value]:
-        shown = [slot for slot, shines in enumerate(self._use.shining, 1) if shines]
-        outputs = self._together(lambda: Graph.group(self, LIGHTS), {f"{name} {slot}": True for slot in shown for name in "LE"})
-        dark = {f"{name} {slot}": Constant(self, DARK) for slot in range(1, SLOTS + 1) for name in "LE"}
-        return dark | dict(zip((f"{name} {slot}" for slot in shown for name in "LE"), outputs, strict=True))
+    def _chosen_lights(self) -> dict[str, Value]:
+        names = [f"{name} {slot}" for slot, shines in enumerate(self._use.shining, 1) if shines for name in "LE"]
+        outputs = self._outputs(lambda: Graph.group(self, LIGHTS), dict.fromkeys(names, True))
+        dark = {f"{name} {slot}": Constant(self, ZERO) for slot in range(1, SLOTS + 1) for name in "LE"}
+        return dark | dict(zip(names, outputs, strict=True))
 
-    def _together[Place](self, make: Callable[[], Mapping[Place, Value]], outputs: Mapping[Place, bool]) -> tuple[Value, ...]:
-        """Return several outputs of one node, made when the first of them is needed; `outputs` says which are vectors."""
-        made: dict[Place, Value] = {}
+    def _outputs[Key](self, create: Callable[[], Mapping[Key, Value]], are_vectors: Mapping[Key, bool]) -> tuple[Value, ...]:
+        """Return outputs of one node, which `create` makes when the first of them is needed."""
+        values: dict[Key, Value] = {}
 
-        def output(place: Place) -> Value:
-            if not made:
-                made.update(make())
-            return made[place]
+        def output(key: Key) -> Value:
+            if not values:
+                values.update(create())
+            return values[key]
 
-        return tuple(self._later(lambda place=place: output(place), is_vector) for place, is_vector in outputs.items())
+        return tuple(self._lazy(lambda key=key: output(key), is_vector) for key, is_vector in are_vectors.items())
 
     def menu(self, menu: Value, kind: str, cases: Sequence[tuple[str, str, Operand]]) -> Value:
         if not isinstance(menu, Entry):
-            raise TypeError("a node chooses from the menu")
+            raise TypeError("the menu is linked to a node")
         if menu.menu:
             self._menus[menu.menu] = [(name, description, 0.0) for name, description, _ in cases]
-        return self.value(next(value for name, _, value in cases if name == menu.entry))
+        return self.value({name: value for name, _, value in cases}[menu.entry])
 
     def bundle(self, items: Mapping[str, tuple[str, Operand]]) -> Value:
         return Bundle(self, {name: self.value(value) for name, (_, value) in items.items()})
 
     def unbundle(self, bundle: Value, kinds: Mapping[str, str]) -> dict[str, Value]:
         if not isinstance(bundle, Bundle):
-            raise TypeError("not one of the bundles that are chosen from")
+            raise TypeError("not a bundle of this graph")
         return {name: bundle.items[name] for name in kinds}
 
     def end(self, outputs: Mapping[str, Value]) -> None:
-        super().end({name: value for name, value in outputs.items() if not isinstance(value, Nothing)})
-        for socket, entries in self._menus.items():  # which feed nothing: a menu knows its entries by the node that it is linked to
+        super().end({name: value for name, value in outputs.items() if not isinstance(value, NullClosure)})
+        for socket, entries in self._menus.items():  # a menu has the entries of the node it is linked to
             Graph.menu(self, Graph.input(self, socket), "FLOAT", entries)
 
 
 def _identity(value: Operand) -> object:
-    """Return what is equal for values that are the same."""
+    """Return a key that is equal for operands that compute the same."""
     return id(value) if isinstance(value, Value) else value

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Gives each node of our groups the least tree that renders the same picture, and the whole group back.
+"""Gives each node of our groups a tree specialized for its use, which renders the same picture, and restores the group.
 
-A node keeps its sockets, their values and links; only the tree behind it is another, made for one use (`folding.Use`) and kept with
-that use as a property. Nodes that are used alike share one.
+The node keeps its sockets, their values and links; only its node tree is replaced. A specialized tree has its use (`folding.Use`)
+as a property; nodes with equal uses share one.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,48 +14,42 @@ from ..blender.id_properties import AS_BUILT, SPECIALIZED_FOR, STAMP
 from ..material.upgrade import upgrade_node
 from ..nodes import GROUPS, Group, chosen_lights
 from ..nodes.graph import fingerprint, stamp_of
-from .folding import Folding, Use
-from .node_count import Count, count
+from .folding import ConstantFoldingGraph, Use
+from .node_count import NodeCount, node_count
 from .reasons import reasons
-from .usage import Owner, packed, scenes_of, serves, tree_of, unpacked, use_of
+from .usage import Owner, holds_in, scenes_of, tree_of, use_of
 
 
 @dataclass(frozen=True)
-class Finding:
-    """What was found of one node: what it needed before and what it needs `after`; None where it was left alone."""
+class OptimizedNode:
+    """The result of optimizing one node; `before` and `after` are None where it was left alone."""
 
     owner: str
     node: str
-    before: Count | None
-    after: Count | None
-    why: tuple[str, ...]
+    before: NodeCount | None
+    after: NodeCount | None
+    reasons: tuple[str, ...]
     """What was left out and why, or why nothing was."""
 
-    def figures(self) -> tuple[str, str]:
-        """Return how many nodes and closures there were and are, for people."""
-        if self.before is None or self.after is None:
-            return "-", "-"
-        return f"{self.before.nodes} -> {self.after.nodes}", f"{self.before.closures} -> {self.after.closures}"
 
+def optimize_materials() -> list[OptimizedNode]:
+    """Specialize all True Diffuse materials of the file for the scenes that use them.
 
-def optimize_materials() -> list[Finding]:
-    """Make all of the file's materials render by the least that gives the same picture in the scenes that use them.
-
-    Returns a finding for each node of our groups that a scene uses, in the order of their owners' names.
+    Returns a result for each node of our groups that a scene uses, in the order of their owners' names.
     """
     restore_materials()
     users = bpy.data.user_map()
-    made = _Made()
-    found = []
+    cache = _Cache()
+    results = []
     for owner, node in group_nodes():
         scenes = scenes_of(owner, users)
         if scenes and any(output.is_linked for output in node.outputs):
-            found.append(_simplify(owner, node, scenes, made))
-    return found
+            results.append(_optimize(owner, node, scenes, cache))
+    return results
 
 
 def restore_materials() -> int:
-    """Give all nodes of the file their whole groups back; returns how many had less."""
+    """Restore the groups of all optimized nodes of the file; returns how many there were."""
     nodes = [node for _, node in group_nodes() if SPECIALIZED_FOR in node.node_tree and node.node_tree.library is None]
     for node in nodes:
         restore_node(node)
@@ -65,20 +59,24 @@ def restore_materials() -> int:
 
 
 def restore_node(node: bpy.types.Node) -> None:
-    """Give a node its whole group back, in this version."""
-    key, version = stamp_of(node)
-    group = next(group for group in GROUPS if group.key == key)
+    """Replace a node's specialized tree by its group, in this version."""
+    group, (_, version) = group_of(node), stamp_of(node)
     if version == str(group.version):
         node.node_tree = group.ensure()
     else:
         upgrade_node(node.id_data, node, group)
 
 
+def group_of(node: bpy.types.Node) -> Group:
+    """Return the group that `node`, one of ours, holds in whichever version; raises KeyError where it holds none."""
+    return {group.key: group for group in GROUPS}[stamp_of(node)[0]]
+
+
 def group_nodes() -> Iterator[tuple[Owner, bpy.types.Node]]:
     """Yield the nodes of our groups in materials and in the artist's own groups, in the order of names."""
-    theirs = [tree for tree in bpy.data.node_groups if tree.bl_idname == "ShaderNodeTree" and STAMP not in tree]
+    own_groups = [tree for tree in bpy.data.node_groups if tree.bl_idname == "ShaderNodeTree" and STAMP not in tree]
     keys = {group.key for group in GROUPS}
-    for owner in (*bpy.data.materials, *theirs):
+    for owner in (*bpy.data.materials, *own_groups):
         tree = tree_of(owner)
         for node in tree.nodes if tree else ():
             if stamp_of(node)[0] in keys:
@@ -88,103 +86,109 @@ def group_nodes() -> Iterator[tuple[Owner, bpy.types.Node]]:
 COLUMNS = ("Material", "Left out", "Nodes", "Closures")
 
 
-def rows(found: Sequence[Finding]) -> list[tuple[str, ...]]:
-    """Return findings for people, under COLUMNS; the last row is all of them together."""
-    together = Finding("All", "", total(found, "before"), total(found, "after"), ())
-    return [(each.owner, "; ".join(each.why), *each.figures()) for each in (*found, together)]
+def rows(results: Sequence[OptimizedNode]) -> list[tuple[str, ...]]:
+    """Return a table of `results` under COLUMNS; the last row is their total."""
+    before, after = total(results, "before"), total(results, "after")
+    return [_row(result) for result in (*results, OptimizedNode("All", "", before, after, ()))]
 
 
-def total(found: Sequence[Finding], when: str) -> Count:
-    """Return the nodes and closures, `when` before or after, of all that were not left alone."""
-    counts = [getattr(finding, when) for finding in found if finding.after is not None]
-    return Count(sum(count.nodes for count in counts), sum(count.closures for count in counts))
+def _row(result: OptimizedNode) -> tuple[str, ...]:
+    before, after = result.before, result.after
+    counts = (f"{before.nodes} -> {after.nodes}", f"{before.closures} -> {after.closures}") if before and after else ("-", "-")
+    return result.owner, "; ".join(result.reasons), *counts
 
 
-class _Made:
-    """What one run has worked out already: the same for nodes that are used alike."""
+def total(results: Sequence[OptimizedNode], when: str) -> NodeCount:
+    """Return the nodes and closures, `when` "before" or "after", of all nodes that were not left alone."""
+    counts = [getattr(result, when) for result in results if result.after is not None]
+    return NodeCount(sum(count.nodes for count in counts), sum(count.closures for count in counts))
+
+
+class _Cache:
+    """Counts of whole groups by stamp and menus, and specialized trees by name of the group and use, within one run."""
 
     def __init__(self) -> None:
-        self.whole: dict[tuple[str, ...], Count] = {}
-        self.least: dict[tuple[str, str], tuple[bpy.types.ShaderNodeTree | None, Count]] = {}
+        self.counts: dict[tuple[str, ...], NodeCount] = {}
+        self.trees: dict[tuple[str, str], tuple[bpy.types.ShaderNodeTree | None, NodeCount]] = {}
 
 
-def _simplify(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Scene], made: _Made) -> Finding:
-    refused = _refusal(owner, node, scenes)
-    if refused:
-        return Finding(owner.name, node.name, None, None, (refused,))
+def _optimize(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Scene], cache: _Cache) -> OptimizedNode:
+    problem = _problem(owner, node, scenes)
+    if problem:
+        return OptimizedNode(owner.name, node.name, None, None, (f"left alone: {problem}",))
     use = use_of(owner, node, scenes)
     menus = (str(node.node_tree[STAMP]), *(value for value in use.inputs.values() if isinstance(value, str)))
-    before = made.whole.get(menus) or made.whole.setdefault(menus, count(node))
-    key = node.node_tree.name, packed(use)
-    if key in made.least:
-        tree, after = made.least[key]
+    before = cache.counts.get(menus) or cache.counts.setdefault(menus, node_count(node))
+    key = node.node_tree.name, use.to_json()
+    if key in cache.trees:
+        tree, after = cache.trees[key]
         if tree:
             node.node_tree = tree
     else:
         whole = node.node_tree
-        tree = node.node_tree = least(next(group for group in GROUPS if group.key == stamp_of(node)[0]), whole, use)
-        after = count(node)
+        tree = node.node_tree = specialized(group_of(node), whole, use)
+        after = node_count(node)
         if after.nodes >= before.nodes and after.closures >= before.closures:
             node.node_tree = whole
             bpy.data.node_groups.remove(tree)
             tree = None
-        made.least[key] = tree, after
-    return Finding(owner.name, node.name, before, after, reasons(node, use) if tree else ("nothing to leave out",))
+        cache.trees[key] = tree, after
+    return OptimizedNode(owner.name, node.name, before, after, reasons(node, use) if tree else ("nothing to leave out",))
 
 
-def _refusal(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Scene]) -> str:
-    """Return why a node has to be left alone, or nothing."""
-    key, version = stamp_of(node)
-    group = next(group for group in GROUPS if group.key == key)
+def _problem(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Scene]) -> str:
+    """Return why a node has to be left alone, empty where it need not."""
+    _, version = stamp_of(node)
+    group = group_of(node)
     if owner.library:
         text = node.node_tree.get(SPECIALIZED_FOR)
-        wrong = text is not None and not all(serves(unpacked(text), owner, scene) for scene in scenes)
-        return f"left alone: linked from {owner.library.filepath}" + (", where it was simplified for another use" if wrong else "")
+        wrong = text is not None and not all(holds_in(Use.from_json(text), owner, scene) for scene in scenes)
+        return f"linked from {owner.library.filepath}" + (", where it was optimized for another use" if wrong else "")
     if owner.override_library:
-        return "left alone: a library override"
+        return "a library override"
     if not node.id_data.is_editable:
-        return "left alone: it cannot be edited"
+        return "it cannot be edited"
     if node.node_tree.library:
-        return f"left alone: its group is linked from {node.node_tree.library.filepath}"
+        return f"its group is linked from {node.node_tree.library.filepath}"
     if node.mute:
-        return "left alone: its node is muted"
+        return "its node is muted"
     if version != str(group.version):
-        return f"left alone: its group is of version {version}, not {group.version}"
+        return f"its group is of version {version}, not {group.version}"
     if any(socket.is_linked for socket in node.inputs if socket.bl_idname == "NodeSocketMenu"):
-        return "left alone: a node chooses from its menus"
-    if any(tree.get(AS_BUILT) != fingerprint(tree) for tree in _within(node.node_tree)):
-        return "left alone: its group has been edited, or comes from an older file"
+        return "a menu of it is linked to a node"
+    if any(tree.get(AS_BUILT) != fingerprint(tree) for tree in _with_groups(node.node_tree)):
+        return "its group has been edited, or comes from an older file"
     return ""
 
 
-def _within(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.ShaderNodeTree]:
-    """Return `tree` and all groups in it, each once."""
-    found = [tree]
-    for each in found:
-        inner = (node.node_tree for node in each.nodes if node.type == "GROUP" and node.node_tree)
-        found += [tree for tree in dict.fromkeys(inner) if tree not in found]
-    return found
+def _with_groups(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.ShaderNodeTree]:
+    """Return `tree` and all groups in it at any depth, each once."""
+    trees = [tree]
+    for outer in trees:
+        inner = (node.node_tree for node in outer.nodes if node.type == "GROUP" and node.node_tree)
+        trees += [tree for tree in dict.fromkeys(inner) if tree not in trees]
+    return trees
 
 
-def least(group: Group, whole: bpy.types.ShaderNodeTree, use: Use) -> bpy.types.ShaderNodeTree:
-    """Return a new tree with the sockets of `whole`, a tree of `group`, that gives the same for one `use`."""
+def specialized(group: Group, whole: bpy.types.ShaderNodeTree, use: Use) -> bpy.types.ShaderNodeTree:
+    """Return a new tree with the sockets of `whole`, a tree of `group`, and only the nodes that `use` needs."""
     tree = whole.copy()
-    tree.name = f".{group.name}, Simplified"
+    tree.name = f".{group.name}, Optimized"
     tree.nodes.clear()
     tree.animation_data_clear()
     del tree[AS_BUILT]
-    tree[SPECIALIZED_FOR] = packed(use)
+    tree[SPECIALIZED_FOR] = use.to_json()
     tree.use_fake_user = False
-    graph = Folding(tree, use)
+    graph = ConstantFoldingGraph(tree, use)
     graph.end(group.build(graph))
     graph.arrange()
     return tree
 
 
 def remove_unused() -> None:
-    """Remove all trees of ours that no node has any more; they are built again when they are needed.
+    """Remove all our node trees without users; they are built again when they are needed.
 
-    The group that knows the chosen lamps stays, also in a file that is saved.
+    The group that holds the chosen lights stays, also in a saved file.
     """
     for tree in chosen_lights.LIGHTS.trees() if chosen_lights.chosen() else ():
         tree.use_fake_user = True

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How much an engine is given: the nodes and closures that a group node's outputs need, with groups opened and menus chosen."""
+"""Counts the nodes and closures that reach an engine: those that a group node's outputs need, with groups and menus resolved."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -14,8 +14,8 @@ CLOSURES = {
     "ShaderNodeEmission",
     "ShaderNodeScript",
 }
-# What selects or passes on before anything is compiled
-FREE = {
+# Nodes that Blender resolves before it compiles a shader
+RESOLVED = {
     "NodeReroute",
     "ShaderNodeGroup",
     "GeometryNodeMenuSwitch",
@@ -23,18 +23,18 @@ FREE = {
     "NodeSeparateBundle",
 }
 
-type Path = tuple[bpy.types.Node, ...]  # the group nodes that were opened, outermost first
+type Path = tuple[bpy.types.Node, ...]  # nested group nodes, outermost first
 
 
-class Count(NamedTuple):
-    """Nodes that compute something, and those of them that are closures."""
+class NodeCount(NamedTuple):
+    """How many nodes there are, closures among them."""
 
     nodes: int
     closures: int
 
 
-class Place(NamedTuple):
-    """An output of a node inside the groups of `path`; `item` is what is wanted of it where it is a bundle."""
+class NodeOutput(NamedTuple):
+    """An output of a node inside the groups of `path`; `item` is the needed item of a bundle."""
 
     path: Path
     node: bpy.types.Node
@@ -42,24 +42,24 @@ class Place(NamedTuple):
     item: str = ""
 
 
-def count(node: bpy.types.Node) -> Count:
-    """Return what the outputs of a group node need; what feeds the node itself does not count."""
-    waiting = [Place((), node, output.identifier) for output in node.outputs]
-    seen, nodes = set(waiting), set()
-    while waiting:
-        place = waiting.pop()
-        if place.node.bl_idname not in FREE:
-            nodes.add((place.path, place.node))
-        for before in _before(place):
-            if before not in seen:
-                seen.add(before)
-                waiting.append(before)
-    return Count(len(nodes), sum(each.bl_idname in CLOSURES for _, each in nodes))
+def node_count(node: bpy.types.Node) -> NodeCount:
+    """Return how many nodes and closures the outputs of a group node need; nodes linked to its inputs do not count."""
+    pending = [NodeOutput((), node, output.identifier) for output in node.outputs]
+    reached, nodes = set(pending), set()
+    while pending:
+        output = pending.pop()
+        if output.node.bl_idname not in RESOLVED:
+            nodes.add((output.path, output.node))
+        for source in _needed(output):
+            if source not in reached:
+                reached.add(source)
+                pending.append(source)
+    return NodeCount(len(nodes), sum(inner.bl_idname in CLOSURES for _, inner in nodes))
 
 
-def _before(place: Place) -> Iterator[Place]:
-    """Yield the outputs that `place` needs."""
-    path, node, identifier, item = place
+def _needed(output: NodeOutput) -> Iterator[NodeOutput]:
+    """Yield the outputs that `output` depends on directly."""
+    path, node, identifier, item = output
     if node.bl_idname == "ShaderNodeGroup":
         inside = (*path, node)
         ends = [end for end in node.node_tree.nodes if end.bl_idname == "NodeGroupOutput" and end.is_active_output]
@@ -78,11 +78,11 @@ def _before(place: Place) -> Iterator[Place]:
             yield source._replace(item=item)
 
 
-def _sources(path: Path, socket: bpy.types.NodeSocket) -> Iterator[Place]:
-    """Yield the outputs that feed `socket`, out of the opened groups where it is a group's input."""
+def _sources(path: Path, socket: bpy.types.NodeSocket) -> Iterator[NodeOutput]:
+    """Yield the outputs linked to `socket`; where that is a group's input, those linked to the group node."""
     for link in socket.links:
         if link.from_node.bl_idname != "NodeGroupInput":
-            yield Place(path, link.from_node, link.from_socket.identifier)
+            yield NodeOutput(path, link.from_node, link.from_socket.identifier)
         elif len(path) > 1:
             yield from _sources(path[:-1], _outside(path[-1], link))
 
@@ -92,7 +92,7 @@ def _outside(group: bpy.types.Node, link: bpy.types.NodeLink) -> bpy.types.NodeS
 
 
 def _entry(path: Path, menu: bpy.types.NodeSocket) -> str | None:
-    """Return what is chosen in a menu, None where a node chooses."""
+    """Return the chosen entry of a menu, None where a node chooses it."""
     for link in menu.links:
         return _entry(path[:-1], _outside(path[-1], link)) if link.from_node.bl_idname == "NodeGroupInput" and path else None
     return menu.default_value

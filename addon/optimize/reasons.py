@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Says in words what was left out of a node, and why."""
+"""Describes what was left out of an optimized node, and why."""
 
 from collections.abc import Iterator
 
@@ -8,11 +8,11 @@ import bpy
 from ..nodes import SPECULAR_GROUP, SUBSURFACE
 from ..nodes.graph import stamp_of
 from .arithmetic import Plain
-from .folding import LEAST, Use
+from .folding import NEGLIGIBLE, Use
 
 
 def reasons(node: bpy.types.Node, use: Use) -> tuple[str, ...]:
-    """Return a line for each part of the group that `use` does without."""
+    """Return a phrase for each part of the group of `node` that `use` does not need."""
     return tuple(_reasons(stamp_of(node)[0], use))
 
 
@@ -31,25 +31,25 @@ def _reasons(key: str, use: Use) -> Iterator[str]:
             yield f"OSL, as the closures of {model} are exact"
     weight, specular, sigma = number("Subsurface"), number("Specular"), number("Roughness")
     if key == SUBSURFACE.key:
-        if weight is not None and weight < LEAST:
+        if weight is not None and weight < NEGLIGIBLE:
             yield "scattering (Subsurface is 0)"
         elif use.flat:
             yield "scattering (it blurs less than half a pixel)"
-        if weight is not None and weight > 1.0 - LEAST:
+        if weight is not None and weight > 1.0 - NEGLIGIBLE:
             yield "rough reflection (Subsurface is 1)"
-        if specular is not None and specular < LEAST:
+        if specular is not None and specular < NEGLIGIBLE:
             yield "coat (Specular is 0)"
-    if sigma is not None and sigma < LEAST and model not in ("Lambert", "Wolff", "Pitted (Koenderink)"):
+    if sigma is not None and sigma < NEGLIGIBLE and model not in ("Lambert", "Wolff", "Pitted (Koenderink)"):
         yield "lobes (Roughness is 0: one Lambert closure)"
     if _black(use.inputs.get("Color")):
         yield "diffuse closures (Color is black)"
-    dark = [str(slot) for slot, lit in enumerate(use.shining, 1) if not lit]
+    dark = [str(slot) for slot, shines in enumerate(use.shining, 1) if not shines]
     if dark:
-        yield f"lamps {', '.join(dark)} (no light shines there)"
+        yield f"lights {', '.join(dark)} (none shines there)"
     constant = [name for name, value in use.inputs.items() if not isinstance(value, str) and name != "Normal"]
     if constant:
-        yield f"what follows from {', '.join(constant)}"
+        yield f"arithmetic on {', '.join(constant)}"
 
 
 def _black(value: Plain | str | None) -> bool:
-    return isinstance(value, tuple) and max(value) < LEAST
+    return isinstance(value, tuple) and max(value) < NEGLIGIBLE

@@ -14,7 +14,7 @@ import bpy
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.engines import ENGINES, Engine
 from true_diffuse.addon.measure.record import Progress, Record
-from true_diffuse.addon.optimize.materials import Finding, restore_materials
+from true_diffuse.addon.optimize.materials import OptimizedNode, restore_materials
 from true_diffuse.addon.probe.environment import environment, merged
 from true_diffuse.scripts.characters import character as characters
 from true_diffuse.scripts.characters import face as scene
@@ -72,7 +72,7 @@ class Face:
     def __init__(self, order: Order, usable: Sequence[Engine]) -> None:
         self.order = order
         self.usable = usable
-        self.left_out: dict[str, list[Finding]] = {}  # by engines' labels, as found last
+        self.left_out: dict[str, list[OptimizedNode]] = {}  # by engines' labels, as found last
         self.stage: scene.Face | None = None
         self._character: str | None = None
         self._engine: Engine | None = None

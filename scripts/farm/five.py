@@ -24,7 +24,7 @@ from true_diffuse.addon.blender.osl import compiles_osl
 from true_diffuse.addon.closures.quality import CHOSEN_LIGHTS
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, chosen_lights
-from true_diffuse.addon.optimize.materials import Finding, optimize_materials, restore_materials
+from true_diffuse.addon.optimize.materials import OptimizedNode, optimize_materials, restore_materials
 from true_diffuse.addon.probe.environment import environment, merged
 from true_diffuse.scenes import five_characters
 from true_diffuse.scripts.characters import character as characters
@@ -170,7 +170,7 @@ class Five:
     def __init__(self, order: Order, usable: Sequence[Engine]) -> None:
         self.order = order
         self.usable = usable
-        self.left_out: dict[str, list[Finding]] = {}  # by engines' labels, as found last
+        self.left_out: dict[str, list[OptimizedNode]] = {}  # by engines' labels, as found last
         self.stage: five_characters.FiveCharacters | None = None
         self._character: str | None = None
         self._engine: Engine | None = None
@@ -338,7 +338,7 @@ def summary(found: Collected) -> list[str]:
     ]
 
 
-def left_out(engine: Engine) -> list[Finding]:
+def left_out(engine: Engine) -> list[OptimizedNode]:
     """Have all materials render by the least that `engine` needs; returns what was found.
 
     Realtime takes a material's values, not its nodes, whatever was left out of them.

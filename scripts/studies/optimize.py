@@ -24,7 +24,7 @@ from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.addon.optimize.materials import Finding, optimize_materials, restore_materials, total
+from true_diffuse.addon.optimize.materials import OptimizedNode, optimize_materials, restore_materials, total
 from true_diffuse.scenes import five_characters
 from true_diffuse.scenes.sphere import sphere_under_sun
 from true_diffuse.scripts.characters import face
@@ -191,7 +191,7 @@ def _difference(whole: tuple[array[float], array[float]], least: tuple[array[flo
     return math.sqrt(max(0.0, square) / math.fsum(w1 * w2 for w1, w2 in zip(*whole, strict=True)))
 
 
-def _counts(when: str, found: Sequence[Finding]) -> Record:
+def _counts(when: str, found: Sequence[OptimizedNode]) -> Record:
     count = total(found, when)
     return {f"nodes_{when}": count.nodes, f"closures_{when}": count.closures}
 
