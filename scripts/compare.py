@@ -304,7 +304,7 @@ def compare_five(options: Options, chosen: list["Engine"], staging: Staging, ter
     written = staging.publish()
     terminal.table("Error against the analytic model, key light alone", *five.table(collected.records))
     if held := collected.realtime_from_cycles:
-        terminal.table("Realtime from Cycles with no bounces, key light alone", *five.realtime_from_cycles_table(held))
+        terminal.table("Realtime from Cycles with no bounces, key light alone", *five.realtime_table(held))
     return written
 
 

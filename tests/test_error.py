@@ -8,7 +8,7 @@ import pytest
 
 from true_diffuse.addon.measure.error import Analytic, Light, Surface, analytic, errors, signed_difference
 from true_diffuse.addon.models import Lambert
-from true_diffuse.scripts.studies.picture import DIVERGING, diverging_color, scale_place
+from true_diffuse.scripts.studies.pictures import DIVERGING, diverging_color, scale_place
 
 SUN = Light((0.0, 0.0, 1.0), math.pi)
 

@@ -60,11 +60,11 @@ def test_noise_is_told_from_difference() -> None:
     first = array("f", [x for x in (1.2, 1.2, 0.8, 0.8) for _ in range(3)])
     second = array("f", [x for x in (1.2, 0.8, 1.2, 0.8) for _ in range(3)])
     measured = [
-        study.Measured(look, engines.CYCLES, 4, 1.0, (first, second)),
-        study.Measured(look, engines.EEVEE, 4, 1.0, (array("f", [1.1] * 12),)),
-        study.Measured(look, engines.REALTIME, 4, 1.0, (array("f", [0.8] * 12),)),
+        study.Measurement(look, engines.CYCLES, 4, 1.0, (first, second)),
+        study.Measurement(look, engines.EEVEE, 4, 1.0, (array("f", [1.1] * 12),)),
+        study.Measurement(look, engines.REALTIME, 4, 1.0, (array("f", [0.8] * 12),)),
     ]
-    (record,) = study.records([study.Seen(look, {"ears": [0, 1, 2, 3]})], measured)
+    (record,) = study.records([study.VisibleRegions(look, {"ears": [0, 1, 2, 3]})], measured)
     assert record["rms_difference"] == {"eevee": pytest.approx(0.1, rel=1e-5), "realtime": pytest.approx(0.2, rel=1e-5)}
     assert record["noise"] == pytest.approx((2 * 0.4**2 / (4 + 4 * 0.2**2)) ** 0.5 / 2, rel=1e-5)
     assert record["mean_radiance"]["cycles"] == pytest.approx([1.0] * 3)
@@ -74,7 +74,7 @@ def test_noise_is_told_from_difference() -> None:
 def test_region_out_of_sight_has_no_difference() -> None:
     look = face.LOOKS[0]
     picture = array("f", [1.0] * 3)
-    measured = [study.Measured(look, engines.CYCLES, 4, 1.0, (picture, picture))]
-    (record,) = study.records([study.Seen(look, {"ears": []})], measured)
+    measured = [study.Measurement(look, engines.CYCLES, 4, 1.0, (picture, picture))]
+    (record,) = study.records([study.VisibleRegions(look, {"ears": []})], measured)
     assert record["rms_difference"] == {} and record["noise"] is None and record["mean_radiance"] == {"cycles": None}
     assert study.table([record])[1] == [("brdf", "ears", "0", "-", "-", "-", "-", "-", "-")]

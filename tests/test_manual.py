@@ -9,7 +9,7 @@ import pytest
 from true_diffuse.addon.measure.render import openimageio
 from true_diffuse.addon.nodes import GROUPS, Group
 from true_diffuse.scripts.release import manual
-from true_diffuse.scripts.studies import picture
+from true_diffuse.scripts.studies import pictures
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 
@@ -36,7 +36,7 @@ def test_strip_puts_pictures_side_by_side_above_their_captions(tmp_path: Path) -
         oiio.ImageBufAlgo.fill(flat, color)
         parts.append(tmp_path / f"{name}.png")
         flat.write(str(parts[-1]))
-    picture.strip(parts, tmp_path / "both.webp", ["a", "b"])
+    pictures.strip(parts, tmp_path / "both.webp", ["a", "b"])
     both = oiio.ImageBuf(str(tmp_path / "both.webp"))
     assert both.spec().width == 64 and both.spec().height > 24
     for x, color in ((16, (1.0, 0.0, 0.0)), (48, (0.0, 0.0, 1.0))):

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The subjects of the comparisons: a human made of MakeHuman's data, its face, or the meshes of a file."""
+"""The subjects of the comparisons: the painted human, Blender's monkey, or the meshes of a file; and the face's scene."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The subject of a comparison as one mesh: the painted human, Blender's monkey, or the meshes of a file.
 
-Whatever its source, the mesh comes out upright (Z up), facing -Y, standing on z = 0 around the origin, 1.8 m tall, smooth, with
-one material slot and the color attribute ALBEDO_ATTRIBUTE.
+The mesh is upright (Z up), faces -Y and stands on z = 0 around the origin, 1.8 m tall. It is smooth and has one material slot and
+the color attribute ALBEDO_ATTRIBUTE.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -19,7 +19,7 @@ MONKEY_COLOR = (0.55, 0.36, 0.22)
 
 
 class CharacterError(Exception):
-    """The character cannot be had; the message is one line for the user."""
+    """The character cannot be loaded; the message is one line for the user."""
 
 
 def load(character: str) -> bpy.types.Mesh:
@@ -31,9 +31,9 @@ def load(character: str) -> bpy.types.Mesh:
 
 
 def load_frames[Frame: int | None](character: str, frames: Sequence[Frame]) -> dict[Frame, bpy.types.Mesh]:
-    """Return the mesh of each of `frames`, as `load` does; None is the frame that a file was saved at.
+    """Return the mesh at each of `frames`, as `load` does; None is the frame that the file was saved at.
 
-    All are scaled and placed as the first of them, so that a jump stays a jump. Raises CharacterError as `load` does.
+    All are scaled and placed like the first, so that a jump stays a jump. Raises CharacterError as `load` does.
     """
     if character in INCLUDED:
         return dict.fromkeys(frames, INCLUDED[character]())
@@ -41,7 +41,7 @@ def load_frames[Frame: int | None](character: str, frames: Sequence[Frame]) -> d
 
 
 def check_file(character: str) -> Path:
-    """Return the path of a character's file; raises CharacterError where there is none, or none of a known kind."""
+    """Return the path of a character's file. Raises CharacterError where it does not exist, is empty or of an unknown kind."""
     path = Path(character)
     if path.suffix.lower() not in IMPORTERS:
         known = ", ".join(IMPORTERS)
@@ -67,7 +67,7 @@ INCLUDED: dict[str, Callable[[], bpy.types.Mesh]] = {"human": human_mesh, "monke
 
 
 def _import_blend(path: Path) -> None:
-    """Append the file's first scene; all its objects where it has none."""
+    """Append the file's first scene, or all objects of a file without scenes."""
     with bpy.data.libraries.load(str(path)) as (source, target):
         if source.scenes:
             target.scenes = source.scenes[:1]
@@ -96,23 +96,23 @@ def _from_file[Frame: int | None](path: Path, frames: Sequence[Frame]) -> dict[F
     except (OSError, RuntimeError) as error:
         reason = str(error).strip().splitlines()
         raise CharacterError(f"cannot read {path}: {reason[0] if reason else 'its importer gave no reason'}") from error
-    arrived = next((scene for scene in bpy.data.scenes if scene not in before), bpy.context.scene)
-    meshes = {frame: _merged(arrived, frame) for frame in frames}
-    _forget(arrived, before, list(meshes.values()))
-    place = None
+    imported = next((scene for scene in bpy.data.scenes if scene not in before), bpy.context.scene)
+    meshes = {frame: _merged(imported, frame) for frame in frames}
+    _remove_imported(imported, before, list(meshes.values()))
+    matrix = None
     for frame, mesh in meshes.items():
         when = "" if frame is None else f" at frame {frame}"
         if len(mesh.polygons) == 0:
             raise CharacterError(f"{path} holds no mesh with faces{when}, or is damaged")
         if not can_stand(mesh):
             raise CharacterError(f"{path} is flat or has vertices at infinity{when}: it cannot stand upright")
-        place = place or standing(mesh)
-        stand(mesh, WHITE, place)
+        matrix = matrix or standing(mesh)
+        stand(mesh, WHITE, matrix)
     return meshes
 
 
 def _renderable(collection: bpy.types.LayerCollection) -> Iterator[bpy.types.Object]:
-    """Yield the objects of a layer collection and those below it that are not kept from renders."""
+    """Yield the objects of a layer collection, and of those in it, that are not hidden in renders."""
     if collection.exclude or collection.collection.hide_render:
         return
     yield from (item for item in collection.collection.objects if not item.hide_render)
@@ -121,11 +121,11 @@ def _renderable(collection: bpy.types.LayerCollection) -> Iterator[bpy.types.Obj
 
 
 def _merged(scene: bpy.types.Scene, frame: int | None) -> bpy.types.Mesh:
-    """Return one mesh of all that a render of `scene` would show: modifiers, poses, transforms and instances applied."""
+    """Return one mesh of everything that a render of `scene` shows, with modifiers, poses, transforms and instances applied."""
     layer = scene.view_layers[0]
     if frame is not None:
         scene.frame_set(frame)
-    shown = set(_renderable(layer.layer_collection))
+    visible = set(_renderable(layer.layer_collection))
     layer.update()
     used = {instance.object.original for instance in layer.depsgraph.object_instances}
     for modifier in (modifier for item in used for modifier in item.modifiers):
@@ -137,7 +137,7 @@ def _merged(scene: bpy.types.Scene, frame: int | None) -> bpy.types.Mesh:
     for instance in layer.depsgraph.object_instances:
         item = instance.object
         owner = instance.parent if instance.is_instance else item
-        if item.type != "MESH" or item.original.hide_render or owner.original not in shown or not instance.show_self:
+        if item.type != "MESH" or item.original.hide_render or owner.original not in visible or not instance.show_self:
             continue
         part = item.to_mesh()
         part.transform(instance.matrix_world)
@@ -152,17 +152,17 @@ def _merged(scene: bpy.types.Scene, frame: int | None) -> bpy.types.Mesh:
     return mesh
 
 
-def _forget(
-    arrived: bpy.types.Scene, before: dict[bpy.types.Scene, list[bpy.types.Object]], made: Sequence[bpy.types.Mesh]
+def _remove_imported(
+    imported: bpy.types.Scene, before: dict[bpy.types.Scene, list[bpy.types.Object]], meshes: Sequence[bpy.types.Mesh]
 ) -> None:
-    """Remove all that an import brought, but for the meshes `made` of it."""
-    kept = before.get(arrived, [])
-    for item in [item for item in arrived.objects if item not in kept]:
+    """Remove all that an import added to the file, except `meshes`; `before` has the objects of the scenes that were there."""
+    kept = before.get(imported, [])
+    for item in [item for item in imported.objects if item not in kept]:
         bpy.data.objects.remove(item)
-    if arrived not in before:
-        bpy.data.scenes.remove(arrived)
-    for mesh in made:
+    if imported not in before:
+        bpy.data.scenes.remove(imported)
+    for mesh in meshes:
         mesh.use_fake_user = True
     bpy.data.orphans_purge(do_recursive=True)
-    for mesh in made:
+    for mesh in meshes:
         mesh.use_fake_user = False

@@ -57,7 +57,7 @@ class Order:
 
     def work(self) -> float:
         """Return the work of all, in the units that `Face` reports to a `Progress`."""
-        takes = sum(face.TAKES[ENGINES[key]] for key in self.engines)
+        takes = sum(face.REPEATS[ENGINES[key]] for key in self.engines)
         each = len(self.engines) * pictures.PICTURE_WORK + (takes + 1) * MEASUREMENT_WORK * len(LOOKS)
         return len(self.characters) * each
 
@@ -76,7 +76,7 @@ class Face:
         self.stage: scene.Face | None = None
         self._character: str | None = None
         self._engine: Engine | None = None
-        self._seen: dict[str, face.Seen] = {}
+        self._seen: dict[str, face.VisibleRegions] = {}
 
     def do(self, parts: Sequence[Part], results: Results, progress: Progress) -> None:
         """Do those of the `parts`, of one character, that are not done yet, and keep what they come to.
@@ -119,10 +119,10 @@ class Face:
     def _measured(self, stage: scene.Face, part: Part, engine: Engine, progress: Progress) -> Made:
         only = replace(stage, heads=tuple(head for head in stage.heads if head.look.name == part.look))
         if part.look not in self._seen:
-            (self._seen[part.look],) = face.surfaces(only, progress)
+            (self._seen[part.look],) = face.visible_regions(only, progress)
         samples = self.order.samples[engine.key]
         (one,) = face.measure(only, engine, samples, progress)
-        files = {f"{take}.f32": rgb.tobytes() for take, rgb in enumerate(one.takes)}
+        files = {f"{take}.f32": rgb.tobytes() for take, rgb in enumerate(one.repeats)}
         return {"samples": samples, "seconds": one.seconds, "regions": self._seen[part.look].pixels}, files
 
 
@@ -132,7 +132,7 @@ def collect(order: Order, results: Results, folder: Path) -> Collected:
     found = dict(zip(parts, results.records(part.name for part in parts), strict=True))
     records, shown = [], []
     for character in order.characters:
-        seen: dict[str, face.Seen] = {}
+        seen: dict[str, face.VisibleRegions] = {}
         measured = []
         for part in (part for part in parts if part.character == character):
             record, engine = found[part], ENGINES[part.engine]
@@ -142,9 +142,9 @@ def collect(order: Order, results: Results, folder: Path) -> Collected:
                     copy(results.file(part.name, suffix), folder / f"{order.prefix(character)}face_{engine.key}.{suffix}")
                 continue
             look = LOOKS[part.look]
-            seen[part.look] = face.Seen(look, record["regions"])
-            takes = tuple(floats(results.file(part.name, f"{take}.f32")) for take in range(face.TAKES[engine]))
-            measured.append(face.Measured(look, engine, record["samples"], record["seconds"], takes))
+            seen[part.look] = face.VisibleRegions(look, record["regions"])
+            takes = tuple(floats(results.file(part.name, f"{take}.f32")) for take in range(face.REPEATS[engine]))
+            measured.append(face.Measurement(look, engine, record["samples"], record["seconds"], takes))
         records += [{"character": character, **record} for record in face.records(list(seen.values()), measured)]
     return Collected(records, *merged([record["environment"] for record in found.values()]), shown)
 

@@ -128,7 +128,7 @@ class Order:
         looks = len(self.measured)
         each = pictures.PICTURE_WORK + five.MEASUREMENT_WORK * looks + MAP_WORK
         shown = five_characters.looks(self.sigmas)
-        more = self.holds_osl * sum(map(five.has_osl, shown)) + self.holds * sum(map(five.has_stand_in, shown))
+        more = self.holds_osl * sum(map(five.has_osl, shown)) + self.holds * sum(map(five.is_approximated, shown))
         return scenes * (len(self.engines) * each + five.MEASUREMENT_WORK * (looks + more))
 
 
@@ -175,7 +175,7 @@ class Five:
         self._character: str | None = None
         self._engine: Engine | None = None
         self._meshes: Mapping[Frame, bpy.types.Mesh] = {}
-        self._seen: dict[tuple[Frame, str], five.Seen] = {}
+        self._seen: dict[tuple[Frame, str], five.Reference] = {}
 
     def do(self, parts: Sequence[Part], results: Results, progress: Progress) -> None:
         """Do those of the `parts`, of one character, that are not done yet, and keep what they come to.
@@ -236,7 +236,7 @@ class Five:
     def _picture(self, engine: Engine, progress: Progress) -> Made:
         assert self.stage is not None
         samples = self.order.samples[engine.key]
-        seconds, files = rendered(self.stage.scene, engine, samples, five.five_captions(self.stage), progress)
+        seconds, files = rendered(self.stage.scene, engine, samples, five.captions(self.stage), progress)
         return {"engine": engine.key, "samples": samples, "render_seconds": seconds}, files
 
     def _measured(self, part: Part, engine: Engine, progress: Progress) -> Made:
@@ -244,11 +244,11 @@ class Five:
         only = replace(self.stage, characters=tuple(one for one in self.stage.characters if one.look.name == part.look))
         key = part.frame, part.look
         if key not in self._seen:
-            (self._seen[key],) = five.surfaces(only, progress)
+            (self._seen[key],) = five.references(only, progress)
         seen = [self._seen[key]]
         (one,) = five.measure(only, seen, engine, self.order.samples[engine.key], progress)
         found = {"measured": {"character": part.character, "frame": part.frame, **five.record(one, self.order.albedo)}}
-        files = {"patch": five.patch(self.stage, one).packed()}
+        files = {"patch": five.patch(self.stage, one).to_bytes()}
         if self.order.holds and engine in (CYCLES, REALTIME):
             takes = [(None, one)]
             if engine is CYCLES:
@@ -256,10 +256,10 @@ class Five:
                 self._engine = None  # what comes next has its materials simplified again
                 if self.order.holds_osl and compiles_osl():
                     takes += [(None, take) for take in five.measure_osl(only, seen, progress)]
-                takes += [(CHOSEN_LIGHTS, take) for take in five.measure_lamps(only, seen, one.samples, progress)]
+                takes += [(CHOSEN_LIGHTS, take) for take in five.measure_chosen_lights(only, seen, one.samples, progress)]
             found["takes"] = [{"osl": take.osl, "mode": mode, "samples": take.samples} for mode, take in takes]
             files |= {f"{k}.f32": take.rgb.tobytes() for k, (_, take) in enumerate(takes)}
-            files["i32"] = array("i", one.seen.expected.pixels).tobytes()
+            files["i32"] = array("i", one.reference.expected.pixels).tobytes()
         return found, files
 
     def _error_map(self, part: Part, engine: Engine, results: Results, progress: Progress) -> Made:
@@ -268,7 +268,7 @@ class Five:
             for look in self.order.measured:
                 name = replace(part, look=look).name
                 results.record(name)
-                patches.append(five.Patch.unpacked(results.file(name, "patch").read_bytes()))
+                patches.append(five.Patch.from_bytes(results.file(name, "patch").read_bytes()))
             path = Path(folder) / "error.png"
             five.write_error_map(path, engine.label, self.order.resolution, patches)
             return {}, {"png": path.read_bytes()}
@@ -318,7 +318,9 @@ def _held(part: Part, found: Mapping[Part, Record], results: Results) -> Iterato
     realtime, pixels = floats(results.file(part.name, "0.f32")), array("i", results.file(cycles.name, "i32").read_bytes())
     for k, take in enumerate(found[cycles]["takes"]):
         rgb = floats(results.file(cycles.name, f"{k}.f32"))
-        difference = five.realtime_from_cycles(realtime, five.Held(take["osl"], take["mode"], take["samples"], pixels, rgb))
+        difference = five.realtime_difference(
+            realtime, five.CyclesReference(take["osl"], take["mode"], take["samples"], pixels, rgb)
+        )
         yield {"character": part.character, "frame": part.frame, "name": part.look, **difference}
 
 
@@ -330,7 +332,7 @@ def summary(found: Collected) -> list[str]:
             shares.setdefault(f"{ENGINES[one['engine']].label}, {one['name']}: RMS error", []).append(one["rms_error"])
     for one in found.realtime_from_cycles:
         if one["rms_difference"] is not None:
-            text = f"Realtime from {five.way_of(one)}, {one['name']}: RMS difference"
+            text = f"Realtime from {five.reference_name(one)}, {one['name']}: RMS difference"
             shares.setdefault(text, []).append(one["rms_difference"])
     return [
         f"{text} {five.percent(median(each))} (median of {len(each)}), {five.percent(min(each))} to {five.percent(max(each))}"

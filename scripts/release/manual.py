@@ -111,7 +111,7 @@ def strip(subject: "bpy.types.Object", group: "Group", socket: "Socket", engine:
 
     from true_diffuse.addon.blender import engines
     from true_diffuse.addon.material import materials
-    from true_diffuse.scripts.studies import picture
+    from true_diffuse.scripts.studies import pictures
 
     values = list(entries(group, socket)) if socket.kind == "NodeSocketMenu" else VALUES[group.key][socket.name]
     scene = bpy.context.scene
@@ -124,7 +124,7 @@ def strip(subject: "bpy.types.Object", group: "Group", socket: "Socket", engine:
         parts.append(folder / f"{place}.png")
         scene.render.filepath = str(parts[-1])
         bpy.ops.render.render(write_still=True)
-    picture.strip(parts, folder / picture_name(group, socket), [shown(value) for value in values])
+    pictures.strip(parts, folder / picture_name(group, socket), [shown(value) for value in values])
     for part in parts:
         part.unlink()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The face's comparison as data: the engines' radiance of each region of skin against Cycles', under the lamps with shadows."""
+"""The face measured: the radiance of each region of skin in EEVEE and Realtime against Cycles, with lights and shadows."""
 
 import math
 from array import array
@@ -10,60 +10,58 @@ from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
 from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.measure.record import Progress, Record, known
 from true_diffuse.addon.models.vector import dot
-from true_diffuse.scripts.characters.face import Face, Look, region_albedo
+from true_diffuse.scripts.characters.face import Face, HeadLook, region_albedo
 from true_diffuse.scripts.characters.human import REGIONS
+from true_diffuse.scripts.studies import noise, pictures
 from true_diffuse.scripts.studies.five import MEASUREMENT_WORK
-from true_diffuse.scripts.studies.pictures import Captions
-from true_diffuse.scripts.studies.pictures import captions as captions_of
 
-# Renders with random numbers of their own, so that their noise can be told and taken out; others are always the same.
-TAKES = {EEVEE: 1, CYCLES: 2, REALTIME: 1}
-HELD = (EEVEE, REALTIME)  # against Cycles
-FRONT = ("forehead", "cheeks", "nose")  # where these face the key they are FRONT_LIT
+REPEATS = {EEVEE: 1, CYCLES: 2, REALTIME: 1}  # renders with independent noise, so that it can be measured and taken out
+COMPARED = (EEVEE, REALTIME)  # with Cycles
+FRONT = ("forehead", "cheeks", "nose")  # where these face the key light they are FRONT_LIT
 FRONT_LIT, FACING = "front-lit", 0.3  # the least N.L
-NEAR = 0.01  # of albedo, by which a region is told
+TOLERANCE = 0.01  # of the albedo that stands for a region
 
 
 @dataclass(frozen=True)
-class Seen:
-    """What the camera sees of one head: the pixels of each region of its skin."""
+class VisibleRegions:
+    """The pixels of each region of one head's skin."""
 
-    look: Look
+    look: HeadLook
     pixels: dict[str, list[int]]
 
 
 @dataclass(frozen=True)
-class Measured:
-    """One head in one engine: the linear RGB radiance [W/(m^2 sr)] of each take, of `samples` each."""
+class Measurement:
+    """One head in one engine: the linear RGB radiance [W/(m^2 sr)] of each repeated render, with `samples` each."""
 
-    look: Look
+    look: HeadLook
     engine: Engine
     samples: int
     seconds: float
-    takes: tuple[array[float], ...]
+    repeats: tuple[array[float], ...]
 
     @property
     def mean(self) -> array[float]:
-        return array("f", (sum(values) / len(values) for values in zip(*self.takes, strict=True)))
+        return array("f", (sum(values) / len(values) for values in zip(*self.repeats, strict=True)))
 
 
-def captions(stage: Face) -> Captions:
+def captions(stage: Face) -> pictures.Captions:
     """Return the captions of the three heads."""
-    return captions_of(stage.scene, {head.look.label: head.subject for head in stage.heads})
+    return pictures.captions(stage.scene, {head.look.label: head.subject for head in stage.heads})
 
 
-def surfaces(stage: Face, progress: Progress) -> list[Seen]:
-    """Return, for each head, the pixels of each region that no edge and no border of a region runs through."""
-    light = render.light_of(stage.lamps[0])
-    seen = []
+def visible_regions(stage: Face, progress: Progress) -> list[VisibleRegions]:
+    """Return, for each head, the pixels of each region; no edge of the head or border of a region crosses them."""
+    light = render.light_of(stage.lights[0])
+    visible = []
     for head in stage.heads:
         with (
             progress.step(f"Regions  {head.look.label}", MEASUREMENT_WORK),
             render.measurement_scene(stage.scene, head.subject) as scene,
         ):
             surface = render.surface(scene, stage.regions)
-        seen.append(Seen(head.look, _regions(surface, light)))
-    return seen
+        visible.append(VisibleRegions(head.look, _regions(surface, light)))
+    return visible
 
 
 def _regions(surface: error.Surface, light: error.Light) -> dict[str, list[int]]:
@@ -72,7 +70,7 @@ def _regions(surface: error.Surface, light: error.Light) -> dict[str, list[int]]
         pixels[region] = [
             pixel
             for pixel, measurable in enumerate(surface.measurable)
-            if measurable and abs(surface.albedo[3 * pixel] - region_albedo(region)) < NEAR
+            if measurable and abs(surface.albedo[3 * pixel] - region_albedo(region)) < TOLERANCE
         ]
     normal = surface.normal
     for region in FRONT:
@@ -83,88 +81,82 @@ def _regions(surface: error.Surface, light: error.Light) -> dict[str, list[int]]
     return pixels
 
 
-def measure(stage: Face, engine: Engine, samples: int, progress: Progress) -> list[Measured]:
-    """Return how `engine` renders each head under the lamps and their shadows, without fill, bounces and denoising."""
-    measured = []
+def measure(stage: Face, engine: Engine, samples: int, progress: Progress) -> list[Measurement]:
+    """Return how `engine` renders each head under the lights with shadows, without fill, bounces and denoising."""
+    measurements = []
     for head in stage.heads:
-        with render.measurement_scene(stage.scene, head.subject, *stage.lamps, shadows=True) as scene:
-            seconds, takes = 0.0, []
-            for take in range(TAKES[engine]):
+        with render.measurement_scene(stage.scene, head.subject, *stage.lights, shadows=True) as scene:
+            seconds, repeats = 0.0, []
+            for seed in range(REPEATS[engine]):
                 with progress.step(f"Measuring  {engine.label}  {head.look.label}", MEASUREMENT_WORK):
-                    spent, rgb = render.radiance(scene, engine, samples, take)
+                    spent, rgb = render.radiance(scene, engine, samples, seed)
                 seconds += spent
-                takes.append(rgb)
-        measured.append(Measured(head.look, engine, samples, seconds, tuple(takes)))
-    return measured
+                repeats.append(rgb)
+        measurements.append(Measurement(head.look, engine, samples, seconds, tuple(repeats)))
+    return measurements
 
 
-def records(seen: Sequence[Seen], measured: Sequence[Measured]) -> list[Record]:
-    """Return one record per head and region as compare.json keeps it.
+def records(visible: Sequence[VisibleRegions], measurements: Sequence[Measurement]) -> list[Record]:
+    """Return one record for each head and region as compare.json keeps it.
 
-    `rms_difference` is each engine's from Cycles; `noise`, which is not in it, is what is random in the mean of Cycles' takes: both
-    RMS over all channels as shares of Cycles' RMS. Radiances are linear RGB [W/(m^2 sr)]; seconds and samples are those of all
-    takes. What cannot be told, as an engine or the region is missing, is None.
+    `rms_difference` is each engine's from Cycles; `noise`, which is not in it, is that of the mean of Cycles' renders: both are RMS
+    over all channels relative to Cycles' RMS. Radiances are linear RGB [W/(m^2 sr)]; seconds and samples are those of all repeats.
+    A figure is None where the engine or the region is missing.
     """
     result = []
-    for one in seen:
-        engines = {m.engine.key: m for m in measured if m.look is one.look}
+    for head in visible:
+        engines = {m.engine.key: m for m in measurements if m.look is head.look}
         means = {key: m.mean for key, m in engines.items()}
         cycles = engines.get(CYCLES.key)
-        held = {engine.key: means[engine.key] for engine in HELD if engine.key in means}
-        for region, pixels in one.pixels.items():
+        compared = {engine.key: means[engine.key] for engine in COMPARED if engine.key in means} if cycles else {}
+        for region, pixels in head.pixels.items():
             result.append(
                 {
                     "scene": "face",
-                    "look": one.look.name,
+                    "look": head.look.name,
                     "region": region,
                     "pixels": len(pixels),
                     "engines": list(engines),
-                    "rms_difference": {key: _difference(rgb, cycles.takes, pixels) for key, rgb in held.items()} if cycles else {},
-                    "noise": None if cycles is None else known(error.difference(*cycles.takes, pixels) / 2.0),
+                    "rms_difference": {
+                        key: known(noise.difference((rgb, rgb), cycles.repeats, pixels)) for key, rgb in compared.items()
+                    },
+                    "noise": None if cycles is None else known(error.difference(*cycles.repeats, pixels) / 2.0),
                     "mean_radiance": {key: _mean(rgb, pixels) for key, rgb in means.items()},
-                    "samples": {key: len(m.takes) * m.samples for key, m in engines.items()},
+                    "samples": {key: len(m.repeats) * m.samples for key, m in engines.items()},
                     "render_seconds": {key: m.seconds for key, m in engines.items()},
                 }
             )
     return result
 
 
-def _difference(rgb: array[float], takes: tuple[array[float], ...], pixels: Sequence[int]) -> float | None:
-    """Return sqrt(sum (L - a)(L - b) / sum a b) of L from two takes a, b, in which their noise cancels as it is independent."""
-    places = [place for pixel in pixels for place in range(3 * pixel, 3 * pixel + 3)]
-    first, second = takes
-    square = math.fsum((rgb[i] - first[i]) * (rgb[i] - second[i]) for i in places)
-    reference = math.fsum(first[i] * second[i] for i in places)
-    return math.sqrt(max(0.0, square) / reference) if reference > 0.0 else None
-
-
 def _mean(rgb: array[float], pixels: Sequence[int]) -> list[float] | None:
-    """Return the mean of red, green and blue over `pixels`."""
+    """Return the mean of red, green and blue over `pixels`, None where there are none."""
     if not pixels:
         return None
     return [math.fsum(rgb[3 * pixel + channel] for pixel in pixels) / len(pixels) for channel in range(3)]
 
 
 def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return the columns and rows that sum up `records` for people."""
-
-    def percent(share: float | None) -> str:
-        return "-" if share is None else f"{100.0 * share:.2f} %"
+    """Return the columns and rows of a table of `records`."""
 
     def color(record: Record, engine: Engine) -> str:
         rgb = record["mean_radiance"].get(engine.key)
         return "-" if rgb is None else " ".join(f"{value:.3f}" for value in rgb)
 
-    columns = ("Look", "Region", "Pixels", *(engine.label for engine in HELD), "Noise")
-    columns += tuple(f"{engine.label} RGB" for engine in (*HELD, CYCLES))
+    columns = ("Look", "Region", "Pixels", *(engine.label for engine in COMPARED), "Noise")
+    columns += tuple(f"{engine.label} RGB" for engine in (*COMPARED, CYCLES))
     return columns, [
         (
             r["look"],
             r["region"],
             str(r["pixels"]),
-            *(percent(r["rms_difference"].get(engine.key)) for engine in HELD),
-            percent(r["noise"]),
-            *(color(r, engine) for engine in (*HELD, CYCLES)),
+            *(_percent(r["rms_difference"].get(engine.key)) for engine in COMPARED),
+            _percent(r["noise"]),
+            *(color(r, engine) for engine in (*COMPARED, CYCLES)),
         )
         for r in records
     ]
+
+
+def _percent(fraction: float | None) -> str:
+    return "-" if fraction is None else f"{100.0 * fraction:.2f} %"

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The five-character comparison as data and pictures: measurements of each, error maps, records, one engine against another."""
+"""The five characters measured: each against its analytic model, error maps, and Realtime against Cycles."""
 
 import json
+import math
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,16 +17,15 @@ from true_diffuse.addon.measure.record import Progress, Record, known
 from true_diffuse.addon.models import Lambert, OrenNayar
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, chosen_lights
 from true_diffuse.scenes.five_characters import Character, CharacterLook, FiveCharacters
-from true_diffuse.scripts.studies import picture
-from true_diffuse.scripts.studies.pictures import Captions, captions
+from true_diffuse.scripts.studies import pictures
 
-MEASUREMENT_WORK = 1.0  # a twelfth of what a picture takes
-OSL_SAMPLES = 4  # only what the pixel filter mixes is random here
+MEASUREMENT_WORK = 1.0  # a twelfth of a picture's
+OSL_SAMPLES = 4  # only the pixel filter is random here
 
 
 @dataclass(frozen=True)
-class Seen:
-    """What the camera sees of one character, and what the models say of it."""
+class Reference:
+    """The visible surface of one character, its `distance` [m] from the camera, and its radiance by its model and by Lambert."""
 
     character: Character
     region: render.Region
@@ -36,10 +36,10 @@ class Seen:
 
 
 @dataclass(frozen=True)
-class Measured:
-    """One character in one engine: `rgb` is its linear radiance [W/(m^2 sr)]; `osl`, whether Cycles had it on."""
+class Measurement:
+    """One character in one engine: `rgb` is its linear radiance [W/(m^2 sr)]; `osl` says whether Cycles used OSL."""
 
-    seen: Seen
+    reference: Reference
     engine: Engine
     samples: int
     seconds: float
@@ -49,11 +49,11 @@ class Measured:
     osl: bool
 
 
-def surfaces(stage: FiveCharacters, progress: Progress) -> list[Seen]:
+def references(stage: FiveCharacters, progress: Progress) -> list[Reference]:
     """Return, for each character, its visible surface and the analytic radiance of every pixel under the key light alone."""
     light = render.light_of(stage.key)
     camera = tuple(stage.scene.camera.matrix_world.translation)
-    seen = []
+    result = []
     for character in stage.characters:
         with (
             progress.step(f"Analytic  {character.look.label}", MEASUREMENT_WORK),
@@ -62,37 +62,39 @@ def surfaces(stage: FiveCharacters, progress: Progress) -> list[Seen]:
             surface = render.surface(scene, stage.plain)
             region = render.region_of(stage.scene, character.subject)
             if len(surface.measurable) != region.width * region.height:
-                raise RuntimeError(f"the render of {character.look.label} has not the size of its region")
+                raise RuntimeError(f"the render of {character.look.label} does not have the size of its region")
             expected, lambert = error.analytic(surface, (character.look.model, Lambert()), camera, light)
-            seen.append(Seen(character, region, surface, error.distances(surface, camera), expected, lambert))
-    return seen
+            result.append(Reference(character, region, surface, error.distances(surface, camera), expected, lambert))
+    return result
 
 
-def measure(stage: FiveCharacters, seen: Sequence[Seen], engine: Engine, samples: int, progress: Progress) -> list[Measured]:
+def measure(
+    stage: FiveCharacters, references: Sequence[Reference], engine: Engine, samples: int, progress: Progress
+) -> list[Measurement]:
     """Return how `engine` renders each character under the key light alone, without fill, shadows and bounces."""
     light = render.light_of(stage.key)
-    measured = []
-    for one in seen:
+    measurements = []
+    for reference in references:
         with (
-            progress.step(f"Measuring  {engine.label}  {one.character.look.label}", MEASUREMENT_WORK),
-            render.measurement_scene(stage.scene, one.character.subject, stage.key) as scene,
+            progress.step(f"Measuring  {engine.label}  {reference.character.look.label}", MEASUREMENT_WORK),
+            render.measurement_scene(stage.scene, reference.character.subject, stage.key) as scene,
         ):
             seconds, rgb = render.radiance(scene, engine, samples)
-            result = error.errors(rgb, one.expected, one.lambert)
-            difference = error.signed_difference(rgb, one.expected, one.surface, light)
+            errors = error.errors(rgb, reference.expected, reference.lambert)
+            difference = error.signed_difference(rgb, reference.expected, reference.surface, light)
             osl = engine is CYCLES and stage.scene.cycles.shading_system
-            measured.append(Measured(one, engine, samples, seconds, result, difference, rgb, osl))
-    return measured
+            measurements.append(Measurement(reference, engine, samples, seconds, errors, difference, rgb, osl))
+    return measurements
 
 
 def has_osl(look: CharacterLook) -> bool:
-    """Return whether a look's group has a shader in Open Shading Language."""
+    """Return whether the group of `look` has a shader in Open Shading Language."""
     return look.group is ROUGH_DIFFUSE
 
 
-def measure_osl(stage: FiveCharacters, seen: Sequence[Seen], progress: Progress) -> list[Measured]:
-    """Return the same of Cycles with OSL, for the characters whose group has a shader there; their groups must be whole."""
-    chosen = [one for one in seen if has_osl(one.character.look)]
+def measure_osl(stage: FiveCharacters, references: Sequence[Reference], progress: Progress) -> list[Measurement]:
+    """Return `measure` of Cycles with OSL for the characters that have a shader there. Their groups must not be optimized."""
+    chosen = [reference for reference in references if has_osl(reference.character.look)]
     before, stage.scene.cycles.shading_system = stage.scene.cycles.shading_system, True
     try:
         return measure(stage, chosen, CYCLES, OSL_SAMPLES, progress)
@@ -100,40 +102,45 @@ def measure_osl(stage: FiveCharacters, seen: Sequence[Seen], progress: Progress)
         stage.scene.cycles.shading_system = before
 
 
-def has_stand_in(look: CharacterLook) -> bool:
-    """Return whether closures that stand in for a look's model by default can be exact, in the group's mode Lamps."""
+def is_approximated(look: CharacterLook) -> bool:
+    """Return whether closures only approximate the model of `look` in Cycles, unless its group follows chosen lights."""
     return look.group is SPECULAR_GROUP
 
 
-def measure_lamps(stage: FiveCharacters, seen: Sequence[Seen], samples: int, progress: Progress) -> list[Measured]:
-    """Return the same of Cycles in the mode Lamps, which follows the key light; the characters' groups must be whole."""
-    chosen = [one for one in seen if has_stand_in(one.character.look)]
-    modes = [_node(one.character).inputs["Quality"] for one in chosen]
-    before = [mode.default_value for mode in modes]
+def measure_chosen_lights(
+    stage: FiveCharacters, references: Sequence[Reference], samples: int, progress: Progress
+) -> list[Measurement]:
+    """Return `measure` of Cycles at the quality Exact for Chosen Lights, which follows the key light, where that differs.
+
+    The groups must not be optimized.
+    """
+    chosen = [reference for reference in references if is_approximated(reference.character.look)]
+    sockets = [_node(reference.character).inputs["Quality"] for reference in chosen]
+    before = [socket.default_value for socket in sockets]
     try:
         with chosen_lights.following([stage.key]):
-            for mode in modes:
-                mode.default_value = CHOSEN_LIGHTS
+            for socket in sockets:
+                socket.default_value = CHOSEN_LIGHTS
             return measure(stage, chosen, CYCLES, samples, progress)
     finally:
-        for mode, value in zip(modes, before, strict=True):
-            mode.default_value = value
+        for socket, value in zip(sockets, before, strict=True):
+            socket.default_value = value
 
 
 def _node(character: Character) -> bpy.types.Node:
-    """Return the node of a character's group."""
+    """Return the group node of a character's material."""
     return character.subject.material_slots[0].material.node_tree.nodes[character.look.group.name]
 
 
-def five_captions(stage: FiveCharacters) -> Captions:
+def captions(stage: FiveCharacters) -> pictures.Captions:
     """Return the captions of the five characters."""
-    return captions(stage.scene, {character.look.label: character.subject for character in stage.characters})
+    return pictures.captions(stage.scene, {character.look.label: character.subject for character in stage.characters})
 
 
 @dataclass(frozen=True)
 class Patch:
-    """What an error map shows of one character: its pixels, as y * width + x from the frame's bottom left, and of each the distance
-    from the camera [m] and the error, a share of a Lambert surface lit head on. `center` is the x of its caption [pixels].
+    """One character in an error map: pixels as y * width + x from the frame's bottom left, each with its distance [m] from the
+    camera and its error, as a fraction of a Lambert surface at normal incidence. `center` is the x of the caption [pixels].
     """
 
     label: str
@@ -143,89 +150,88 @@ class Patch:
     distance: array[float]
     error: array[float]
 
-    def packed(self) -> bytes:
-        """Return all of it as bytes, little-endian as all machines that Blender runs on."""
+    def to_bytes(self) -> bytes:
+        """Return the patch as a line of JSON and arrays, little-endian as all machines that Blender runs on."""
         header = {"label": self.label, "center": self.center, "rms": self.rms, "pixels": len(self.pixels)}
         return json.dumps(header).encode() + b"\n" + b"".join(x.tobytes() for x in (self.pixels, self.distance, self.error))
 
     @staticmethod
-    def unpacked(content: bytes) -> "Patch":
-        """Return what `packed` made bytes of."""
+    def from_bytes(content: bytes) -> "Patch":
+        """Return the patch that `to_bytes` wrote."""
         line, _, rest = content.partition(b"\n")
         header = json.loads(line)
         columns = array("i"), array("f"), array("f")
-        for place, column in enumerate(columns):
-            size = 4 * header["pixels"]
-            column.frombytes(rest[place * size : (place + 1) * size])
+        size = 4 * header["pixels"]
+        for index, column in enumerate(columns):
+            column.frombytes(rest[index * size : (index + 1) * size])
         return Patch(header["label"], header["center"], header["rms"], *columns)
 
 
-def patch(stage: FiveCharacters, one: Measured) -> Patch:
-    """Return what the error map of `one`'s engine shows of it."""
-    region, width = one.seen.region, stage.scene.render.resolution_x
-    places = array("i")
-    for pixel in one.difference:
+def patch(stage: FiveCharacters, measurement: Measurement) -> Patch:
+    """Return one character's part of the error map of its engine."""
+    reference, difference = measurement.reference, measurement.difference
+    region, width = reference.region, stage.scene.render.resolution_x
+    pixels = array("i")
+    for pixel in difference:
         row, column = divmod(pixel, region.width)
-        places.append((region.y + region.height - 1 - row) * width + region.x + column)
-    label = one.seen.character.look.label
-    (center,) = captions(stage.scene, {label: one.seen.character.subject}).centers
-    distance = array("f", (one.seen.distance[pixel] for pixel in one.difference))
-    return Patch(label, center, known(one.errors.rms), places, distance, array("f", one.difference.values()))
+        pixels.append((region.y + region.height - 1 - row) * width + region.x + column)
+    label = reference.character.look.label
+    (center,) = pictures.captions(stage.scene, {label: reference.character.subject}).centers
+    distance = array("f", (reference.distance[pixel] for pixel in difference))
+    return Patch(label, center, known(measurement.errors.rms), pixels, distance, array("f", difference.values()))
 
 
 def write_error_map(path: Path, engine: str, resolution: tuple[int, int], patches: Sequence[Patch]) -> None:
-    """Write the errors of an `engine`, by its label; where characters overlap, the nearest one's is shown."""
+    """Write the error map of an `engine`, by its label; where characters overlap, the nearest one's error is shown."""
     nearest: dict[int, tuple[float, float]] = {}
-    for one in patches:
-        for pixel, distance, error_there in zip(one.pixels, one.distance, one.error, strict=True):
-            if pixel not in nearest or distance < nearest[pixel][0]:
-                nearest[pixel] = (distance, error_there)
+    for shown in patches:
+        for pixel, *hit in zip(shown.pixels, shown.distance, shown.error, strict=True):
+            nearest[pixel] = min(nearest.get(pixel, (math.inf, 0.0)), (hit[0], hit[1]))
     width = resolution[0]
-    picture.heat_map(
+    pictures.heat_map(
         path,
         resolution,
         {(pixel % width, pixel // width): value for pixel, (_, value) in nearest.items()},
-        [f"{one.label}:  {percent(one.rms)}" for one in patches],
-        [one.center for one in patches],
-        f"{engine} minus analytic value, as a share of a Lambert surface lit head on  (captions: RMS error)",
+        [f"{shown.label}:  {percent(shown.rms)}" for shown in patches],
+        [shown.center for shown in patches],
+        f"{engine} minus analytic value, as a fraction of a Lambert surface at normal incidence  (captions: RMS error)",
     )
 
 
-def percent(share: float | None) -> str:
-    """Return `share` in %, to a hundredth, or where it is below that to a hundredth of it."""
-    if share is None:
+def percent(fraction: float | None) -> str:
+    """Return `fraction` in percent with two decimals, below 0.01 % with four; "-" for None."""
+    if fraction is None:
         return "-"
-    return f"{100.0 * share:.{2 if share >= 1e-4 else 4}f} %"
+    return f"{100.0 * fraction:.{2 if fraction >= 1e-4 else 4}f} %"
 
 
-def record(one: Measured, albedo: float) -> Record:
-    """Return one character in one engine as compare.json keeps it: seconds, radiances in W/(m^2 sr), errors as shares of 1.
+def record(measurement: Measurement, albedo: float) -> Record:
+    """Return one character in one engine as compare.json keeps it: seconds, radiances in W/(m^2 sr), errors as fractions.
 
-    A figure that cannot be told, as no pixel faces both light and camera or the albedo is 0, is None.
+    A figure is None where no pixel faces both light and camera, or the albedo is 0.
     """
-    look = one.seen.character.look
-
+    look, errors = measurement.reference.character.look, measurement.errors
     return {
         "name": look.name,
         "model": type(look.model).__name__,
         "sigma": look.model.sigma if isinstance(look.model, OrenNayar) else None,
         "albedo": albedo,
-        "engine": one.engine.key,
-        "samples": one.samples,
-        "render_seconds": one.seconds,
-        "pixels": one.errors.pixels,
-        "rms_error": known(one.errors.rms),
-        "p99_error": known(one.errors.p99),
-        "mean_luminance": known(one.errors.mean_luminance),
-        "luminance_over_lambert": known(one.errors.luminance_over_lambert),
+        "engine": measurement.engine.key,
+        "samples": measurement.samples,
+        "render_seconds": measurement.seconds,
+        "pixels": errors.pixels,
+        "rms_error": known(errors.rms),
+        "p99_error": known(errors.p99),
+        "mean_luminance": known(errors.mean_luminance),
+        "luminance_over_lambert": known(errors.luminance_over_lambert),
     }
 
 
 @dataclass(frozen=True)
-class Held:
-    """One character in Cycles, for Realtime to be held against: `osl`, `samples` and `rgb` as in `Measured`; `pixels` measured.
+class CyclesReference:
+    """One character in Cycles: `osl`, `samples` and `rgb` as in `Measurement`; `pixels` are the measured ones.
 
-    `mode` is the group's where that is another than the picture's.
+    `mode` is the group's Quality where it is not the picture's.
     """
 
     osl: bool
@@ -235,49 +241,50 @@ class Held:
     rgb: array[float]
 
 
-def realtime_from_cycles(realtime: array[float], cycles: Held) -> Record:
-    """Return how far a character's radiance in Realtime is from that in Cycles. Neither engine has bounces there.
+def realtime_difference(realtime: array[float], cycles: CyclesReference) -> Record:
+    """Return the RMS difference of a character's radiance in Realtime from Cycles, neither with bounces.
 
     `rms_difference` is relative to the RMS of Cycles, None where that is black.
     """
     difference = error.difference(realtime, cycles.rgb, cycles.pixels)
-    way = {"osl": cycles.osl, "mode": cycles.mode, "samples": cycles.samples}
-    return {**way, "pixels": len(cycles.pixels), "rms_difference": known(difference)}
+    reference = {"osl": cycles.osl, "mode": cycles.mode, "samples": cycles.samples}
+    return {**reference, "pixels": len(cycles.pixels), "rms_difference": known(difference)}
 
 
-def realtime_from_cycles_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return the columns and rows that sum up for people how far Realtime is from Cycles, a row for each look as it is rendered."""
-    found: dict[tuple[object, ...], dict[str, float | None]] = {}
-    for one in records:
-        found.setdefault((one["character"], one["frame"], one["name"]), {})[way_of(one)] = one["rms_difference"]
-    used = sorted({way_of(one) for one in records})
-    rows: list[tuple[str, ...]] = [(str(key[-1]), *(percent(each.get(way)) for way in used)) for key, each in found.items()]
-    return ("Character", *(f"RMS from {way}" for way in used)), rows
+def realtime_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return the columns and rows of a table of `realtime_difference`, a row for each character and a column for each reference."""
+    differences: dict[tuple[object, ...], dict[str, float | None]] = {}
+    for item in records:
+        differences.setdefault((item["character"], item["frame"], item["name"]), {})[reference_name(item)] = item["rms_difference"]
+    names = sorted({reference_name(item) for item in records})
+    rows: list[tuple[str, ...]] = [
+        (str(key[-1]), *(percent(by_reference.get(name)) for name in names)) for key, by_reference in differences.items()
+    ]
+    return ("Character", *(f"RMS from {name}" for name in names)), rows
 
 
-def way_of(one: Record) -> str:
-    """Return in words what a record of `realtime_from_cycles` holds Realtime against."""
-    return f"Cycles{' with OSL' * one['osl']}{f' in mode {one["mode"]}' if one['mode'] else ''}"
+def reference_name(item: Record) -> str:
+    """Return the name of the reference of a record of `realtime_difference`."""
+    return f"Cycles{' with OSL' * item['osl']}{f', {item["mode"]}' if item['mode'] else ''}"
 
 
 def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return the columns and rows that sum up `records` for people."""
+    """Return the columns and rows of a table of `record`."""
 
-    def show(value: float | None, form: str) -> str:
-        return "-" if value is None else form.format(value)
+    def number(value: float | None, form: str) -> str:
+        return "-" if value is None else format(value, form)
 
     columns = ("Engine", "Character", "Seconds", "Pixels", "RMS error", "99 % below", "Luminance", "L / Lambert")
-    rows: list[tuple[str, ...]] = [
+    return columns, [
         (
-            str(r["engine"]),
-            str(r["name"]),
-            show(r["render_seconds"], "{:.1f}"),
-            str(r["pixels"]),
-            percent(r["rms_error"]),
-            percent(r["p99_error"]),
-            show(r["mean_luminance"], "{:.4f}"),
-            show(r["luminance_over_lambert"], "{:.4f}"),
+            item["engine"],
+            item["name"],
+            number(item["render_seconds"], ".1f"),
+            str(item["pixels"]),
+            percent(item["rms_error"]),
+            percent(item["p99_error"]),
+            number(item["mean_luminance"], ".4f"),
+            number(item["luminance_over_lambert"], ".4f"),
         )
-        for r in records
+        for item in records
     ]
-    return columns, rows

@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What leaving out saves, and that it leaves the picture: nodes, closures, first and later renders, before and after."""
+"""What optimizing materials saves, before and after: nodes, closures, first and later renders; and the pictures' difference."""
 
 import json
-import math
 import os
 import shutil
 import subprocess
 import sys
-from array import array
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,12 +26,13 @@ from true_diffuse.addon.optimize.materials import OptimizedNode, optimize_materi
 from true_diffuse.scenes import five_characters
 from true_diffuse.scenes.sphere import sphere_under_sun
 from true_diffuse.scripts.characters import face
+from true_diffuse.scripts.studies import noise
 
 SAMPLES, PICTURE_SAMPLES = {EEVEE: 4, CYCLES: 32}, {EEVEE: 16, CYCLES: 256}
 FIVE, FACE, SPHERE = (240, 90), (200, 80), 96  # pixels
 ROUNDS = 2
 WARM = 2  # renders after the first, in each process
-# Renders a scene of a file in a process of its own, again and again, and prints the seconds of each
+# Renders a scene of a file repeatedly in a new process, and prints the seconds of each render
 CLOCK = """
 import bpy, json, sys, time
 if not bpy.app.binary_path:
@@ -48,26 +47,26 @@ print("SECONDS", json.dumps(seconds), flush=True)
 
 
 @dataclass(frozen=True)
-class Case:
-    """What is rendered: the scene for each engine, one for both or one each, which then are rendered by one file."""
+class TestScene:
+    """A scene for each engine, in one file; both engines may share one."""
 
     name: str
     scenes: dict[Engine, bpy.types.Scene]
 
 
-def cases(load: Callable[[], bpy.types.Mesh], folder: Path) -> Iterator[Case]:
-    """Yield the cases, each in an empty file; `load` returns the human's mesh."""
+def test_scenes(load: Callable[[], bpy.types.Mesh], folder: Path) -> Iterator[TestScene]:
+    """Yield the test scenes, each built in an empty file; `load` returns the human's mesh."""
     _empty_file()
     five = five_characters.build(load(), 0.8, True, FIVE).scene
-    yield Case("five characters", {EEVEE: five, CYCLES: five})
+    yield TestScene("five characters", {EEVEE: five, CYCLES: five})
     _empty_file()
     heads = face.build(load(), True, FACE).scene
-    yield Case("face", {EEVEE: heads, CYCLES: heads})
+    yield TestScene("face", {EEVEE: heads, CYCLES: heads})
     _empty_file()
     imported = _imported(folder / "character.usdc")
-    yield Case("USD character", {EEVEE: imported, CYCLES: imported})
+    yield TestScene("USD character", {EEVEE: imported, CYCLES: imported})
     _empty_file()
-    yield Case("everything on", _everything())
+    yield TestScene("everything on", _everything())
 
 
 def _empty_file() -> None:
@@ -75,7 +74,7 @@ def _empty_file() -> None:
 
 
 def _imported(file: Path) -> bpy.types.Scene:
-    """Return a scene that USD's importer filled: a monkey of skin."""
+    """Return a scene that was imported from USD: a monkey made of skin."""
     stage = sphere_under_sun(SPHERE)
     bpy.ops.mesh.primitive_monkey_add()
     inputs = {**PRESETS["skin_2"].inputs, "Subsurface": 0.6}
@@ -92,27 +91,27 @@ def _imported(file: Path) -> bpy.types.Scene:
 
 
 def _everything() -> dict[Engine, bpy.types.Scene]:
-    """Return a scene for either engine, in units of their own, that show the same two balls: every socket is fed, OSL is on."""
+    """Return a scene for each engine, in different units, of the same two balls: every socket is linked and Cycles uses OSL."""
     stage = sphere_under_sun(SPHERE)
     scene = stage.scene
     for x, group in ((-0.5, ROUGH_DIFFUSE), (0.5, SUBSURFACE)):
         material = materials.create(f"Everything, {group.name}", group)
-        _feed(material.node_tree.nodes[group.name])
+        _link_sockets(material.node_tree.nodes[group.name])
         ball = bpy.data.objects.new(group.name, stage.sphere.data)
         ball.location.x, ball.scale = x, (0.5, 0.5, 0.5)
         scene.collection.objects.link(ball)
         ball.material_slots[0].link, ball.material_slots[0].material = "OBJECT", material
     bpy.data.objects.remove(stage.sphere)
-    other = scene.copy()
-    other.unit_settings.scale_length = 0.5
-    other.cycles.shading_system = compiles_osl()
-    for engine, each in ((EEVEE, scene), (CYCLES, other)):
-        engines.use(each, engine, SAMPLES[engine])
-    return {EEVEE: scene, CYCLES: other}
+    scenes = {EEVEE: scene, CYCLES: scene.copy()}
+    scenes[CYCLES].unit_settings.scale_length = 0.5
+    scenes[CYCLES].cycles.shading_system = compiles_osl()
+    for engine, own in scenes.items():
+        engines.use(own, engine, SAMPLES[engine])
+    return scenes
 
 
-def _feed(node: bpy.types.Node) -> None:
-    """Link each socket of `node` but its menus to a node that gives the socket's own value; Normal to the surface's."""
+def _link_sockets(node: bpy.types.Node) -> None:
+    """Link each socket of `node`, except menus, to a node with the socket's own value; Normal to the surface's normal."""
     tree = node.id_data
     for socket in node.inputs:
         if socket.type == "MENU":
@@ -121,8 +120,8 @@ def _feed(node: bpy.types.Node) -> None:
             output = tree.nodes.new("ShaderNodeNewGeometry").outputs["Normal"]
         elif socket.type == "VECTOR":
             source = tree.nodes.new("ShaderNodeCombineXYZ")
-            for part, value in zip(source.inputs, socket.default_value, strict=True):
-                part.default_value = value
+            for component, value in zip(source.inputs, socket.default_value, strict=True):
+                component.default_value = value
             output = source.outputs[0]
         else:
             output = tree.nodes.new("ShaderNodeRGB" if socket.type == "RGBA" else "ShaderNodeValue").outputs[0]
@@ -131,64 +130,59 @@ def _feed(node: bpy.types.Node) -> None:
 
 
 def work(used: Sequence[Engine]) -> int:
-    """Return how many units of work `records` has: one for each render process, and one for the pictures."""
+    """Return the work of `records`: a unit for each render process, and one for each pair of pictures."""
     return 1 + 4 * len(used) * (2 * ROUNDS + 1)
 
 
 def records(load: Callable[[], bpy.types.Mesh], used: Sequence[Engine], folder: Path, progress: Progress) -> Iterator[Record]:
-    """Yield a record for each case and engine; `load` returns the human's mesh, files are made in `folder` and stay there.
+    """Yield a record for each test scene and engine; `load` returns the human's mesh, files are written to `folder` and stay there.
 
-    `rms_difference` of the picture is a share of its RMS, Cycles' noise taken out by two takes of either; `noise` is what another
-    seed changes. `first_seconds`, with the compilation of the materials, and `seconds` of a later render are medians, before and
-    after taken in turns.
+    `rms_difference` is relative to the picture's RMS, without noise; `noise` is the difference that another seed makes.
+    `first_seconds`, with the compilation of the materials, and `seconds` of a later render are medians, with renders before and
+    after interleaved.
     """
     with progress.step("Blender's own shaders", 1.0):
         caches = _Caches(folder)
-    for case in cases(load, folder):
+    for test_scene in test_scenes(load, folder):
         for engine in used:
-            scene = case.scenes[engine]
-            with progress.step(f"Pictures  {engine.label}  {case.name}", 1.0):
+            scene = test_scene.scenes[engine]
+            with progress.step(f"Pictures  {engine.label}  {test_scene.name}", 1.0):
                 restore_materials()
                 width, height = scene.render.resolution_x, scene.render.resolution_y
                 render.crop(scene, render.Region(1, 0, width - 1, height))  # EEVEE's other noise needs the column at the left
                 engines.use(scene, engine, SAMPLES[engine])
                 before = _saved(folder / "before.blend")
-                whole = _takes(scene, engine)
+                original = _pair(scene, engine)
                 engines.use(scene, engine, SAMPLES[engine])
                 found = optimize_materials()
                 after = _saved(folder / "after.blend")
-                least = _takes(scene, engine)
-            turns: dict[Path, list[list[float]]] = {before: [], after: []}
+                optimized = _pair(scene, engine)
+            pixels = range(len(original[0]) // 3)
+            runs: dict[Path, list[list[float]]] = {before: [], after: []}
             for _ in range(ROUNDS):
-                for file, seconds in turns.items():
-                    with progress.step(f"{engine.label}  {case.name}  {file.stem}", 1.0):
+                for file, seconds in runs.items():
+                    with progress.step(f"{engine.label}  {test_scene.name}  {file.stem}", 1.0):
                         seconds.append(_clock(file, scene.name, caches.next()))
             yield {
-                "scene": case.name,
+                "scene": test_scene.name,
                 "engine": engine.key,
                 "materials": len(found),
-                "rms_difference": _difference(whole, least),
-                "noise": error.difference(*whole, range(len(whole[0]) // 3)),
+                "rms_difference": noise.difference(optimized, original, pixels),
+                "noise": error.difference(*original, pixels),
                 **_counts("before", found),
                 **_counts("after", found),
                 **{
                     f"{what}_{file.stem}": median(value for run in seconds for value in run[part])
-                    for file, seconds in turns.items()
+                    for file, seconds in runs.items()
                     for what, part in (("first_seconds", slice(0, 1)), ("seconds", slice(1, None)))
                 },
             }
 
 
-def _takes(scene: bpy.types.Scene, engine: Engine) -> tuple[array[float], array[float]]:
-    """Return two pictures with noise of their own."""
+def _pair(scene: bpy.types.Scene, engine: Engine) -> noise.Pair:
+    """Return two pictures with independent noise."""
     first, second = (render.radiance(scene, engine, PICTURE_SAMPLES[engine], seed)[1] for seed in (0, 1))
     return first, second
-
-
-def _difference(whole: tuple[array[float], array[float]], least: tuple[array[float], array[float]]) -> float:
-    """Return sqrt(sum (l_1 - w_1)(l_2 - w_2) / sum w_1 w_2), in which noise that two takes do not share cancels."""
-    square = math.fsum((l1 - w1) * (l2 - w2) for w1, w2, l1, l2 in zip(*whole, *least, strict=True))
-    return math.sqrt(max(0.0, square) / math.fsum(w1 * w2 for w1, w2 in zip(*whole, strict=True)))
 
 
 def _counts(when: str, found: Sequence[OptimizedNode]) -> Record:
@@ -202,7 +196,7 @@ def _saved(file: Path) -> Path:
 
 
 class _Caches:
-    """Keeps Mesa's shader cache from knowing a material: each process gets a copy of one that knows Blender's own shaders alone."""
+    """Mesa's shader caches, each a copy of one with only Blender's own shaders, so that no process finds a material in it."""
 
     def __init__(self, folder: Path) -> None:
         self.own, self.copy = folder / "own_shaders", folder / "shaders"
@@ -219,7 +213,7 @@ class _Caches:
 
 
 def _scattering(material: bpy.types.Material) -> None:
-    """Make `material` reflect, mirror and scatter below the surface, so that all of EEVEE's own shaders are needed."""
+    """Give `material` diffuse, specular and subsurface closures, so that all of EEVEE's own shaders are needed."""
     tree = material.node_tree
     principled = tree.nodes.new("ShaderNodeBsdfPrincipled")
     principled.inputs["Subsurface Weight"].default_value = 0.5
@@ -227,7 +221,7 @@ def _scattering(material: bpy.types.Material) -> None:
 
 
 def _clock(file: Path, scene: str, cache: Path) -> list[float]:
-    """Return the seconds of each render of a scene in a new process, with `cache` for Mesa's shaders."""
+    """Return the seconds of each render of a scene in a new process, with `cache` as Mesa's shader cache."""
     code, binary = CLOCK.format(count=1 + WARM, scene=scene), bpy.app.binary_path
     blender = [binary, "--background", "--factory-startup", str(file), "--python-expr", code]
     command = blender if binary else [sys.executable, "-c", code, str(file)]
@@ -238,7 +232,7 @@ def _clock(file: Path, scene: str, cache: Path) -> list[float]:
 
 
 def table(found: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return columns and rows for people."""
+    """Return the columns and rows of a table of `records`."""
     columns = ("Scene", "Engine", "Nodes", "Closures", "RMS difference", "Noise", "First render", "Later renders")
     return columns, [
         (

@@ -151,7 +151,7 @@ def _luminance(stage: Five, engine: Engine, journal: Notes, progress: Progress) 
         return
     with progress.step(f"{stage.title}  {engine.label}  luminance over Lambert", LUMINANCE_WORK):
         rough = replace(stage.stage, characters=stage.stage.characters[-1:])
-        seen = five.surfaces(rough, Silent())
+        seen = five.references(rough, Silent())
         (measured,) = five.measure(rough, seen, engine, LUMINANCE_SAMPLES, Silent())
         journal.add((LUMINANCE, engine.key), {"engine": engine.key, "ratio": measured.errors.luminance_over_lambert})
 

@@ -310,13 +310,13 @@ class FaceStage(Stage):
     ) -> tuple[float, array[float]]:
         self.stage.scene.cycles.shading_system = osl
         self.head.subject.material_slots[-1].material = material
-        with render.measurement_scene(self.stage.scene, self.head.subject, *self.stage.lamps, shadows=True) as scene:
+        with render.measurement_scene(self.stage.scene, self.head.subject, *self.stage.lights, shadows=True) as scene:
             return render.radiance(scene, engine, samples, seed)
 
     @cached_property
     def skin(self) -> list[int]:
         """The pixels of skin that no edge runs through."""
-        (seen,) = face_study.surfaces(replace(self.stage, heads=(self.head,)), Silent())
+        (seen,) = face_study.visible_regions(replace(self.stage, heads=(self.head,)), Silent())
         return sorted({pixel for region in REGIONS for pixel in seen.pixels.get(region, ())})
 
     def error_of(self, contestant: Contestant, rgb: array[float], takes: Takes) -> float:
