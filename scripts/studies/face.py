@@ -108,7 +108,7 @@ def records(visible: Sequence[VisibleRegions], measurements: Sequence[Measuremen
         engines = {m.engine.key: m for m in measurements if m.look is head.look}
         means = {key: m.mean for key, m in engines.items()}
         cycles = engines.get(CYCLES.key)
-        compared = {engine.key: means[engine.key] for engine in COMPARED if engine.key in means} if cycles else {}
+        compared = [engine.key for engine in COMPARED if engine.key in means]
         for region, pixels in head.pixels.items():
             result.append(
                 {
@@ -117,9 +117,9 @@ def records(visible: Sequence[VisibleRegions], measurements: Sequence[Measuremen
                     "region": region,
                     "pixels": len(pixels),
                     "engines": list(engines),
-                    "rms_difference": {
-                        key: known(noise.difference((rgb, rgb), cycles.repeats, pixels)) for key, rgb in compared.items()
-                    },
+                    "rms_difference": {}
+                    if cycles is None
+                    else {key: known(noise.difference((means[key],) * 2, cycles.repeats, pixels)) for key in compared},
                     "noise": None if cycles is None else known(error.difference(*cycles.repeats, pixels) / 2.0),
                     "mean_radiance": {key: _mean(rgb, pixels) for key, rgb in means.items()},
                     "samples": {key: len(m.repeats) * m.samples for key, m in engines.items()},

@@ -3,9 +3,9 @@
 
 import math
 from array import array
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
-type Pair = tuple[array[float], array[float]]  # the same picture twice, linear RGB, with independent noise
+type Pair = Sequence[array[float]]  # of two: the same picture twice, linear RGB, with independent noise
 
 
 def difference(pictures: Pair, references: Pair, pixels: Iterable[int]) -> float:
