@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the realtime engine has beside the models' radiance: albedo.glsl, coat.glsl and burley.glsl, on the graphics driver."""
+"""What the realtime engine has beside the models' radiance, on the driver: directional albedo, coat, normalized diffusion."""
 
 import itertools
 import math
@@ -40,7 +40,7 @@ def values(stem: str, call: str, rows: Sequence[tuple[Sequence[float], ...]]) ->
     return [value[0] for value in evaluate(stem, f"vec3({call})", rows)]
 
 
-# ---- albedo.glsl
+# ---- directional_albedo.glsl
 
 
 class Albedo(NamedTuple):
@@ -51,7 +51,7 @@ class Albedo(NamedTuple):
     model: Model
     numbers: tuple[float, ...]
     error: float
-    """What albedo.glsl states, in units of rho."""
+    """What directional_albedo.glsl states, in units of rho."""
 
     def call(self, mu: str = "a.x", rho: str = "vec3(a.y)") -> str:
         return f"{self.name}_albedo({mu}, {rho}{self.arguments})"
@@ -81,7 +81,7 @@ every_albedo = pytest.mark.parametrize("albedo", albedos(), ids=lambda one: f"{o
 def test_albedo_is_that_of_its_model(albedo: Albedo) -> None:
     order = 96 if albedo.name == "pits" else 32  # pits have creases that the quadrature does not know of
     cases = list(itertools.product(MUS, (0.3, 1.0)))
-    got = values("albedo", albedo.call(), [(case, albedo.numbers) for case in cases])
+    got = values("directional_albedo", albedo.call(), [(case, albedo.numbers) for case in cases])
     for (mu, rho), value in zip(cases, got, strict=True):
         expected = directional_albedo(albedo.model, mu, rho, order)
         assert value == pytest.approx(expected, abs=albedo.error * rho + ROUND), (mu, rho)
@@ -93,7 +93,7 @@ def test_albedo_of_1994_lacks_what_it_says_where_it_is_cut_off(sigma: float, low
     model = models.OrenNayar1994(sigma)
     cases = list(itertools.product((0.005, 0.01, 0.02, 0.1, 0.5), (0.01, 1.0)))
     rows = [(case, (model.a, model.b, model.interreflection)) for case in cases]
-    got = values("albedo", "oren_nayar_1994_albedo(a.x, vec3(a.y), b.xyz)", rows)
+    got = values("directional_albedo", "oren_nayar_1994_albedo(a.x, vec3(a.y), b.xyz)", rows)
     errors = [value / rho - directional_albedo(model, mu, rho) / rho for (mu, rho), value in zip(cases, got, strict=True)]
     assert -low < min(errors) < -0.8 * low and max(errors) < 0.0011
 
@@ -102,7 +102,7 @@ def test_albedo_of_1994_lacks_what_it_says_where_it_is_cut_off(sigma: float, low
 @every_albedo
 def test_albedo_is_sane_for_any_cosine_and_color(albedo: Albedo) -> None:
     cases = list(itertools.product(HARD, HARD))
-    got = values("albedo", albedo.call(), [(case, albedo.numbers) for case in cases])
+    got = values("directional_albedo", albedo.call(), [(case, albedo.numbers) for case in cases])
     assert all(0.0 <= value < 1.052 for value in got)  # the 1994 model gains 5 % at grazing view
     at = dict(zip(map(str, cases), got, strict=True))
     for hard, as_if in ((math.nan, 0.0), (math.inf, 1.0), (-1.0, 0.0), (2.0, 1.0)):
@@ -114,8 +114,8 @@ def test_albedo_is_sane_for_any_cosine_and_color(albedo: Albedo) -> None:
 @pytest.mark.parametrize("name", sorted({one.name for one in albedos()}))
 def test_albedo_channels_have_their_own_color(name: str) -> None:
     one = next(one for one in albedos() if one.name == name)
-    gray = values("albedo", one.call(), [((0.4, rho), one.numbers) for rho in (0.25, 0.5, math.nan)])
-    assert evaluate("albedo", one.call(rho="vec3(0.25, 0.5, a.y)"), [((0.4, math.nan), one.numbers)]) == [tuple(gray)]
+    gray = values("directional_albedo", one.call(), [((0.4, rho), one.numbers) for rho in (0.25, 0.5, math.nan)])
+    assert evaluate("directional_albedo", one.call(rho="vec3(0.25, 0.5, a.y)"), [((0.4, math.nan), one.numbers)]) == [tuple(gray)]
 
 
 @pytest.mark.parametrize(("mu", "exponent"), list(itertools.product((0.05, 0.3, 0.7, 1.0), (1.0, 30.0, 300.0))))
@@ -140,7 +140,7 @@ def test_quadrature_of_the_highlight_tends_to_a_gaussian_of_facets(t: float) -> 
 def test_albedo_of_the_highlight_is_as_near_as_it_says(exponent: float) -> None:
     spread = min(1.0, 6.0 / math.sqrt(exponent + 1.0))
     mus = [spread * (i + 0.5) / 40 for i in range(40)] + [0.0, 0.2, 0.6, 0.95, 1.0]
-    got = values("albedo", "specular_albedo(a.x, vec3(0.25), 0.5, a.y)", [((mu, exponent),) for mu in mus])
+    got = values("directional_albedo", "blinn_phong_albedo(a.x, vec3(0.25), 0.5, a.y)", [((mu, exponent),) for mu in mus])
     for mu, value in zip(mus, got, strict=True):
         exact = exponent == 0.0 or mu in (0.0, 1.0)
         expected = albedo.highlight(mu, exponent) if exponent > 0.0 else 1.0
@@ -151,7 +151,7 @@ def test_albedo_of_the_highlight_is_as_near_as_it_says(exponent: float) -> None:
 @pytest.mark.render
 def test_albedo_of_the_highlight_is_finite_for_anything() -> None:
     rows = [(case,) for case in itertools.product(HARD, HARD, HARD)]
-    assert all(0.0 <= value < 1.3 for value in values("albedo", "specular_albedo(a.x, vec3(0.0), a.y, a.z)", rows))
+    assert all(0.0 <= value < 1.3 for value in values("directional_albedo", "blinn_phong_albedo(a.x, vec3(0.0), a.y, a.z)", rows))
 
 
 def numbers_in(stem: str, line: str) -> list[float]:
@@ -164,12 +164,12 @@ def numbers_in(stem: str, line: str) -> list[float]:
 def test_shaders_have_the_numbers_of_the_fit() -> None:
     facets, mirrored = albedo.fit_facets(), albedo.fit_mirrored()
     # written with 5 digits; signs are the shader's own operators
-    one = numbers_in("albedo", "float f = (1.0 - m) * (")
+    one = numbers_in("directional_albedo", "float f = (1.0 - m) * (")
     assert one == pytest.approx([abs(number) for number in facets.numbers], rel=1e-4)
     kept = numbers_in("coat", "return 1.0 - near * (")
     assert kept == pytest.approx([abs(number) for number in mirrored.numbers], rel=1e-4)
     assert numbers_in("coat", "float near = ") == [albedo.NEAR, albedo.SQUARE, -albedo.PRODUCT]
-    assert numbers_in("albedo", "float below = ") == [1.0, 2.0, pytest.approx(0.5 * math.log(2.0)), 1.0, *albedo.BELOW]
+    assert numbers_in("directional_albedo", "float below = ") == [1.0, 2.0, pytest.approx(0.5 * math.log(2.0)), 1.0, *albedo.BELOW]
 
 
 # ---- coat.glsl

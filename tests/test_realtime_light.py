@@ -279,7 +279,7 @@ def test_every_model_is_exact_under_a_point_lamp(name: str) -> None:
 # ---- the world's light
 
 WORLD = (0.5, 0.6, 0.7)  # radiance [W/(m^2 sr)]
-# What albedo.glsl states, in units of the albedo.
+# What directional_albedo.glsl states, in units of the albedo.
 FITTED = {"Lambert": 0.0, "Oren-Nayar": 0.0, "EON": 0.0, "Oren-Nayar 1994": 0.0011, "Wolff": 0.002}
 
 

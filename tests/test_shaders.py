@@ -14,7 +14,7 @@ from functools import partial
 import pytest
 
 from true_diffuse.addon import models
-from true_diffuse.addon.blender.glsl import BEFORE, SHADERS, source
+from true_diffuse.addon.blender.glsl import INCLUDES, SHADERS, source
 from true_diffuse.addon.models import Model, OrenNayar
 from true_diffuse.addon.models.vector import dot, from_polar
 from true_diffuse.scripts.studies import reference_mpmath, stability_glsl
@@ -70,7 +70,7 @@ def complaints(eevee_runs_here: bool) -> dict[tuple[str, str], str]:
     """What the driver's compiler says of each file in each version; one that uses fma, which neither has, is called "fma"."""
     if not eevee_runs_here:
         pytest.skip("no graphics driver here")
-    functions = {stem: source(stem) for stem in BEFORE} | {"fma": "float f(float x) { return fma(x, x, x); }"}
+    functions = {stem: source(stem) for stem in INCLUDES} | {"fma": "float f(float x) { return fma(x, x, x); }"}
     keys = list(itertools.product(VERSIONS, functions))
     sources = [(version, VERSIONS[version] + functions[stem]) for version, stem in keys]
     done = subprocess.run([sys.executable, "-c", COMPILE], input=json.dumps(sources), capture_output=True, text=True, check=False)
@@ -131,13 +131,13 @@ def test_glsl_channels_have_their_own_albedo(shader: stability_glsl.Shader, eeve
 
 def test_every_glsl_file_is_compiled_and_every_model_measured() -> None:
     stems = {path.stem for path in PATHS}
-    others = {"geometry", "lights", "albedo", "coat", "burley"}  # the last three: test_realtime_functions.py
-    assert stems == set(BEFORE) == {*NAMES, *others}
+    others = {"geometry", "lights", "directional_albedo", "coat", "burley"}  # the last three: test_realtime_functions.py
+    assert stems == set(INCLUDES) == {*NAMES, *others}
 
 
 @pytest.mark.render
 @pytest.mark.parametrize("version", VERSIONS)
-@pytest.mark.parametrize("stem", BEFORE)
+@pytest.mark.parametrize("stem", INCLUDES)
 def test_glsl_compiles(stem: str, version: str, complaints: dict[tuple[str, str], str]) -> None:
     assert complaints[version, stem] == ""
 
@@ -155,7 +155,7 @@ def test_glsl_says_what_it_is(path) -> None:
     assert lines[0] == "// SPDX-License-Identifier: GPL-3.0-or-later"
     assert "GLSL 3.30 and ES 3.00 (under precision highp float); functions only, no bindings." in header
     included = re.search(r"Include ([^.]*(?:\.glsl[^.]*)+) before it", header)
-    assert tuple(re.findall(r"(\w+)\.glsl", included[1]) if included else ()) == BEFORE[path.stem]
+    assert tuple(re.findall(r"(\w+)\.glsl", included[1]) if included else ()) == INCLUDES[path.stem]
 
 
 @every_file
@@ -175,7 +175,7 @@ def test_glsl_has_functions_only(path) -> None:
         ("cycles_diffuse", (0.4,), models.CyclesDiffuse(0.4)),
         ("wolff", (1.5,), models.Wolff(1.5)),
         ("pits", (), models.Pits()),
-        ("specular", (0.3, 50.0), models.Specular(0.3, 50.0)),
+        ("blinn_phong", (0.3, 50.0), models.Specular(0.3, 50.0)),
     ],
     ids=NAMES,
 )

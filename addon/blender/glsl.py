@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     import gpu
 
 SHADERS = Path(__file__).resolve().parents[2] / "shaders"
-COVERING = "void main() { gl_Position = vec4(position, 0.0, 1.0); }"  # the vertex shader of `triangle`
-BEFORE: Mapping[str, tuple[str, ...]] = {  # what a file of shaders/ needs included before it, in this order
+FULLSCREEN_VERTEX_SHADER = "void main() { gl_Position = vec4(position, 0.0, 1.0); }"  # the vertex shader of `triangle`
+INCLUDES: Mapping[str, tuple[str, ...]] = {  # what a file of shaders/ needs included before it, in this order
     "geometry": (),
     "lambert": ("geometry",),
     "oren_nayar": ("geometry",),
@@ -20,8 +20,8 @@ BEFORE: Mapping[str, tuple[str, ...]] = {  # what a file of shaders/ needs inclu
     "cycles_diffuse": ("geometry", "fujii", "eon"),
     "wolff": ("geometry",),
     "pits": ("geometry",),
-    "specular": ("geometry",),
-    "albedo": ("geometry", "fujii", "eon", "wolff"),
+    "blinn_phong": ("geometry",),
+    "directional_albedo": ("geometry", "fujii", "eon", "wolff"),
     "coat": ("geometry", "wolff"),
     "burley": ("geometry",),
     "lights": (),
@@ -30,7 +30,7 @@ BEFORE: Mapping[str, tuple[str, ...]] = {  # what a file of shaders/ needs inclu
 
 def source(*stems: str) -> str:
     """Return the functions of shaders/STEM.glsl for all `stems` and for what they need, each once, to follow a #version line."""
-    names = dict.fromkeys(name for stem in stems for name in (*BEFORE[stem], stem))
+    names = dict.fromkeys(name for stem in stems for name in (*INCLUDES[stem], stem))
     return "\n".join((SHADERS / f"{name}.glsl").read_text() for name in names)
 
 

@@ -65,7 +65,7 @@ def under_lights(graph: Graph, normal: Value, mu: Value) -> Value:
         lit = graph.group(ONE_LIGHT, Exponent=n, N=normal, L=l)
         return lit["Power"], lit["N.L"]
 
-    # h of shaders/albedo.glsl, specular_albedo
+    # h of shaders/directional_albedo.glsl, blinn_phong_albedo
     t = mu * graph.sqrt(n)
     below = graph.math("POWER", math.e, -1.0 * t * (0.5 * math.log(2.0) * t + (1.0 - mu) * (BELOW[0] + BELOW[1] * t)))
     albedo = 8.0 / ((n + 2.0) * (n + 4.0)) * (t * t + 2.0 * (1.0 - mu * mu) - (1.0 - 2.0 * mu * mu) * below)

@@ -73,7 +73,7 @@ def _law(kind: str, stem: str, fold: Callable[[Numbers], Folded], *shape: str) -
 
 
 LAMBERT = _law("LambertSurface", "lambert", _nothing)
-SPECULAR = _law("SpecularSurface", "specular", _specular, "x", "y")
+SPECULAR = _law("BlinnPhongSurface", "blinn_phong", _specular, "x", "y")
 LAWS: Mapping[str, Law] = {  # by the entries of the menu Model
     "Lambert": LAMBERT,
     "Oren-Nayar": _law("OrenNayarSurface", "oren_nayar", _oren_nayar, "xy"),

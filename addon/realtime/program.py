@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from ..blender.glsl import COVERING, SHADERS, source
+from ..blender.glsl import FULLSCREEN_VERTEX_SHADER, SHADERS, source
 from .laws import LAMBERT, Law
 
 MOST_LAMPS = 64
@@ -87,7 +87,7 @@ def surface(variant: Variant) -> Program:
     stems, defines = [law.stem], [f"{kind} {number}.0" for number, kind in enumerate(KINDS) if kind in light.kinds]
     for used, name, needs in (
         (light.shadows, "SHADOWS", ()),
-        (light.ambient, "AMBIENT", () if law is LAMBERT else ("albedo",)),
+        (light.ambient, "AMBIENT", () if law is LAMBERT else ("directional_albedo",)),
         (variant.coat, "COAT", ("coat",)),
         (variant.scatters, "SCATTERS", ("burley",)),
         (variant.scattering, "SCATTERING", ()),
@@ -144,7 +144,7 @@ def whole(
     """Return the program of shaders/realtime/NAME.glsl, which covers the picture; `stems` of shaders/ are included before it."""
     return Program(
         f"true_diffuse_{name}",
-        COVERING,
+        FULLSCREEN_VERTEX_SHADER,
         "\n".join((source(*stems), _file(name))),
         {"position": "VEC2"},
         constants=constants,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fits the numbers of shaders/albedo.glsl and shaders/coat.glsl to quadrature, for the least largest error.
+"""Fits the numbers of shaders/directional_albedo.glsl and shaders/coat.glsl to quadrature, for the least largest error.
 
 uv run scripts/fit/albedo.py      seconds
 """
@@ -146,14 +146,14 @@ def fit_mirrored() -> Fitted:
 
 
 def below(mu: float, exponent: float, numbers: Sequence[float]) -> float:
-    """Return the part of the integral over all H whose L are below the surface, by albedo.glsl's fit."""
+    """Return the part of the integral over all H whose L are below the surface, by directional_albedo.glsl's fit."""
     t = mu * math.sqrt(exponent)
     linear, square = numbers
     return (1.0 - 2.0 * mu * mu) * math.exp(-t * (0.5 * math.log(2.0) * t + (1.0 - mu) * (linear + square * t)))
 
 
 def highlight_error(numbers: Sequence[float]) -> float:
-    """Return the largest error of albedo.glsl's h, over h, over all mu and the EXPONENTS."""
+    """Return the largest error of directional_albedo.glsl's h, over h, over all mu and the EXPONENTS."""
     largest = 0.0
     for n in EXPONENTS:
         for mu in cosines():
@@ -171,8 +171,8 @@ def main() -> int:
     """Run the script; returns the exit status."""
     Parser(prog="fit/albedo.py", description=(__doc__ or "").splitlines()[0]).parse_args(script_arguments())
     fits: dict[str, Callable[[], Fitted]] = {
-        "albedo.glsl, f of oren_nayar_1994_albedo": fit_facets,
-        "albedo.glsl, h of specular_albedo": lambda: Fitted(BELOW, highlight_error(BELOW)),
+        "directional_albedo.glsl, f of oren_nayar_1994_albedo": fit_facets,
+        "directional_albedo.glsl, h of blinn_phong_albedo": lambda: Fitted(BELOW, highlight_error(BELOW)),
         "coat.glsl, coat_kept": fit_mirrored,
     }
     for name, fit in fits.items():

@@ -12,7 +12,7 @@ import gpu
 
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, Engine
-from true_diffuse.addon.blender.glsl import COVERING, source, triangle
+from true_diffuse.addon.blender.glsl import FULLSCREEN_VERTEX_SHADER, source, triangle
 from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
@@ -68,7 +68,7 @@ def _draw(form: Form) -> Callable[[], None]:
     info.vertex_in(0, "VEC2", "position")
     info.fragment_out(0, "VEC4", "result")
     info.push_constant("FLOAT", "roughness")
-    info.vertex_source(COVERING)
+    info.vertex_source(FULLSCREEN_VERTEX_SHADER)
     info.fragment_source(f"""{source("oren_nayar")}
 {form.function()}
 void main() {{

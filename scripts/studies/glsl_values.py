@@ -8,7 +8,7 @@ import bpy
 
 import gpu
 
-from true_diffuse.addon.blender.glsl import COVERING, source, triangle
+from true_diffuse.addon.blender.glsl import FULLSCREEN_VERTEX_SHADER, source, triangle
 
 WIDTH = 1024  # pixels in a row of the target
 
@@ -30,7 +30,7 @@ def evaluate(stem: str, call: str, rows: Sequence[tuple[Sequence[float], ...]]) 
     for slot, name in enumerate(names):
         info.sampler(slot, "FLOAT_2D", f"input_{name}")
         fetches += f"vec4 {name} = texelFetch(input_{name}, ivec2(gl_FragCoord.xy), 0);\n"
-    info.vertex_source(COVERING)
+    info.vertex_source(FULLSCREEN_VERTEX_SHADER)
     info.fragment_source(f"{source(stem)}\nvoid main() {{ {fetches} result = vec4({call}, 1.0); }}")
     shader = gpu.shader.create_from_info(info)
     target = gpu.types.GPUOffScreen(width, height, format="RGBA32F")

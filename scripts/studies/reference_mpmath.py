@@ -175,14 +175,14 @@ def radiance(
 ) -> Number:
     """Return the radiance towards `v` [W/(m^2 sr)] for E0 = 1 W/m^2 from `l`.
 
-    `model` is a key of MODELS or "specular", `parameters` its shape: sigma, roughness, ior, or the highlight's
+    `model` is a key of MODELS or "blinn_phong", `parameters` its shape: sigma, roughness, ior, or the highlight's
     weight and exponent.
     """
     g = angles(n, l, v, context)
     if g is None:
         return context.zero
     rho = limit(context.mpf(albedo), 0, 1)
-    if model == "specular":
+    if model == "blinn_phong":
         return rho / context.pi * g.cos_i + highlight(n, l, v, g, context, *parameters)
     return MODELS[model](g, rho, context, *parameters)
 

@@ -59,7 +59,7 @@ DRAWN = (
     Shader("cycles_diffuse", ", cycles_diffuse_coefficients(p0)", (ROUGHNESS,)),
     Shader("wolff", ", wolff_coefficients(p0)", (Parameter("ior", 1.0, 3.0, 1.5),)),
     Shader("pits"),
-    Shader("specular", ", p0, p1", (Parameter("specular", 0.0, 1.0, 0.5), Parameter("exponent", 1.0, 1e4, 30.0, decades=True))),
+    Shader("blinn_phong", ", p0, p1", (Parameter("specular", 0.0, 1.0, 0.5), Parameter("exponent", 1.0, 1e4, 30.0, decades=True))),
 )
 
 

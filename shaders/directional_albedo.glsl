@@ -73,12 +73,12 @@ vec3 pits_albedo(float mu, vec3 rho)
     return color / (2.0 - color);
 }
 
-// Returns the albedo of specular.glsl: rho + k_s h(mu, n) with S = sin(theta), t = mu sqrt(n) and
+// Returns the albedo of blinn_phong.glsl: rho + k_s h(mu, n) with S = sin(theta), t = mu sqrt(n) and
 //     h = (n + 8) / ((n + 2) (n + 4)) [n mu^2 + 2 S^2 - (1 - 2 mu^2) 2^(-t^2 / 2) e^(-(1 - mu) (0.87 t + 0.42 t^2))]
 // Without the last term that is the integral over all H; the last is what L below the surface have no part in, a fit: h is exact at
 // mu = 0, at mu = 1 and for n = 0, else within 3.2 % of its value. It can be above 1.
 // specular: k_s, 0 to 1, exponent: n, 0 to 10000; clamped, NaN gives 0.
-vec3 specular_albedo(float mu, vec3 rho, float specular, float exponent)
+vec3 blinn_phong_albedo(float mu, vec3 rho, float specular, float exponent)
 {
     float m = diffuse_range(mu, 1.0);
     float n = diffuse_range(exponent, 10000.0);

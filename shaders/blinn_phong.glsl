@@ -4,7 +4,7 @@
 // J. Blinn, "Models of Light Reflection for Computer Synthesized Pictures" (1977).
 // GLSL 3.30 and ES 3.00 (under precision highp float); functions only, no bindings. Include geometry.glsl before it.
 
-struct SpecularSurface {
+struct BlinnPhongSurface {
     DiffuseView view;
     vec3 v;
     vec3 color;      // rho / pi
@@ -14,16 +14,16 @@ struct SpecularSurface {
 
 // Returns what all lamps have in common. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
 // albedo: rho of the base, 0 to 1, clamped. specular: k_s, 0 to 1, clamped. exponent: n, 0 to 10000, clamped. NaN gives 0.
-SpecularSurface specular_surface(vec3 n, vec3 v, vec3 albedo, float specular, float exponent)
+BlinnPhongSurface blinn_phong_surface(vec3 n, vec3 v, vec3 albedo, float specular, float exponent)
 {
     float power = diffuse_range(exponent, 10000.0);
     float highlight = diffuse_range(specular, 1.0) * (power + 8.0) / 25.1327412287183; // 8 pi
-    return SpecularSurface(diffuse_view(n, v), v, diffuse_albedo(albedo) / 3.14159265358979, highlight, 0.5 * power);
+    return BlinnPhongSurface(diffuse_view(n, v), v, diffuse_albedo(albedo) / 3.14159265358979, highlight, 0.5 * power);
 }
 
 // Returns log((N.H)^2), at most 0. A power of 10000 raises the error of N.H ten thousandfold, so near 1 it comes from what N.H
 // lacks to 1: (N.H)^2 - H.H for any length of H, the leading parts without rounding.
-float specular_log(SpecularSurface surface, vec3 l)
+float blinn_phong_log(BlinnPhongSurface surface, vec3 l)
 {
     vec3 h = l + surface.v;
     float longest = max(max(abs(h.x), abs(h.y)), abs(h.z));
@@ -40,11 +40,11 @@ float specular_log(SpecularSurface surface, vec3 l)
 }
 
 // Returns the radiance towards v per irradiance E0 on a plane that faces the light [1/sr]; l: unit direction to the light.
-vec3 specular_radiance(SpecularSurface surface, vec3 l)
+vec3 blinn_phong_radiance(BlinnPhongSurface surface, vec3 l)
 {
     DiffuseGeometry g = diffuse_geometry(surface.view, l);
     if (!(g.mu_i > 0.0)) {
         return vec3(0.0);
     }
-    return (surface.color + surface.highlight * exp(surface.half_n * specular_log(surface, l))) * g.mu_i;
+    return (surface.color + surface.highlight * exp(surface.half_n * blinn_phong_log(surface, l))) * g.mu_i;
 }
