@@ -12,7 +12,7 @@ struct BlinnPhongSurface {
     float half_n;
 };
 
-// Returns what all lamps have in common. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
+// Returns what is the same for all lights. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
 // albedo: rho of the base, 0 to 1, clamped. specular: k_s, 0 to 1, clamped. exponent: n, 0 to 10000, clamped. NaN gives 0.
 BlinnPhongSurface blinn_phong_surface(vec3 n, vec3 v, vec3 albedo, float specular, float exponent)
 {

@@ -2,8 +2,8 @@
 // Normalized diffusion: how far from where it entered light leaves a medium; two exponentials that integrate to 1 over the plane.
 // P. Christensen and B. Burley, "Approximate Reflectance Profiles for Efficient Subsurface Scattering" (Pixar 2015), equation (3):
 //     R(r) = (e^(-r / d) + e^(-r / (3 d))) / (8 pi d r)
-// The share within r, 1 - e^(-x) / 4 - (3/4) e^(-x / 3) with x = r / d, has an inverse in closed form (E. Golubev, "Sampling
-// Burley's Normalized Diffusion Profiles", 2019): y = e^(-x / 3) solves y^3 + 3 y = 4 (1 - share).
+// The fraction within r, 1 - e^(-x) / 4 - (3/4) e^(-x / 3) with x = r / d, has an inverse in closed form (E. Golubev, "Sampling
+// Burley's Normalized Diffusion Profiles", 2019): y = e^(-x / 3) solves y^3 + 3 y = 4 (1 - fraction).
 // Lengths in any unit, the same for all; d is clamped to 1e-9 ... 1e9, NaN gives 1e-9.
 // GLSL 3.30 and ES 3.00 (under precision highp float); functions only, no bindings. Include geometry.glsl before it.
 
@@ -29,20 +29,20 @@ vec3 burley_profile(float r, vec3 d)
     return vec3(burley_density(r, d.x), burley_density(r, d.y), burley_density(r, d.z));
 }
 
-// Returns the r within which the share xi of the light leaves, at most 49 d; xi: 0 to 1, clamped, NaN gives 0.
+// Returns the r within which the fraction xi of the light leaves, at most 49 d; xi: 0 to 1, clamped, NaN gives 0.
 // Near xi = 0, where y is near 1, one step of Newton's method gives 1 - y all its digits.
 float burley_radius(float xi, float d)
 {
-    float share = diffuse_range(xi, 0.99999994);
-    float rest = 1.0 - share;
+    float fraction = diffuse_range(xi, 0.99999994);
+    float rest = 1.0 - fraction;
     float root = 2.0 * rest + sqrt(1.0 + 4.0 * rest * rest);
     float power = pow(root, 0.666666666666667);
     float y = 4.0 * rest / (1.0 + power + 1.0 / power);
-    if (share > 0.5) {
+    if (fraction > 0.5) {
         return -3.0 * burley_distance(d) * log(y);
     }
-    float gap = share < 1e-3 ? share / 1.5 : 1.0 - y;
-    gap -= (gap * (6.0 + gap * (gap - 3.0)) - 4.0 * share) / (6.0 + gap * (3.0 * gap - 6.0));
+    float gap = fraction < 1e-3 ? fraction / 1.5 : 1.0 - y;
+    gap -= (gap * (6.0 + gap * (gap - 3.0)) - 4.0 * fraction) / (6.0 + gap * (3.0 * gap - 6.0));
     float z = gap / (2.0 - gap); // -log(1 - gap) = 2 atanh(z)
     float z2 = z * z;
     float series = 1.0 + z2 * (1.0 / 3.0 + z2 * (1.0 / 5.0 + z2 * (1.0 / 7.0 + z2 / 9.0)));

@@ -12,12 +12,12 @@ vec3 cycles_diffuse_coefficients(float roughness)
     return eon_coefficients(roughness);
 }
 
-// Returns what all lamps have in common. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
+// Returns what is the same for all lights. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
 // albedo: rho, the node's Color, 0 to 1, clamped, NaN gives 0. arl: from cycles_diffuse_coefficients.
 EonSurface cycles_diffuse_surface(vec3 n, vec3 v, vec3 albedo, vec3 arl)
 {
     EonSurface surface = eon_surface(n, v, albedo, arl);
-    surface.again *= diffuse_albedo(albedo);
+    surface.multiple_scattering *= diffuse_albedo(albedo);
     return surface;
 }
 

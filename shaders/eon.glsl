@@ -17,7 +17,7 @@ vec3 eon_coefficients(float roughness)
 
 // Returns (K1 - G(mu) / pi) / (K1 - K2), which is (1 - E(mu)) / (1 - <E>) at every roughness, for mu = cos(theta), S = sin(theta).
 // It vanishes with mu: pi / 2 - theta and 1 - S = mu^2 / (1 + S) keep that exact.
-float eon_missing(float mu, float S)
+float eon_deficit(float mu, float S)
 {
     float left = 0.904129660127230 * mu * mu / (1.0 + S); // (pi / 2 - 2/3) (1 - S)
     float right = S * (diffuse_asin(mu) + S * mu - 0.666666666666667 * mu * (1.0 + S + S * S) / (1.0 + S));
@@ -25,23 +25,24 @@ float eon_missing(float mu, float S)
 }
 
 struct EonSurface {
-    FujiiSurface once;
-    vec3 again; // rho_ms (1 - E(N.V)) / pi
+    FujiiSurface single_scattering;
+    vec3 multiple_scattering; // rho_ms (1 - E(N.V)) / pi
 };
 
-// Returns what all lamps have in common. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
+// Returns what is the same for all lights. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
 // albedo: rho, 0 to 1, clamped, NaN gives 0. arl: from eon_coefficients.
 EonSurface eon_surface(vec3 n, vec3 v, vec3 albedo, vec3 arl)
 {
-    FujiiSurface once = fujii_surface(n, v, albedo, arl.xy);
+    FujiiSurface single_scattering = fujii_surface(n, v, albedo, arl.xy);
     vec3 rho = diffuse_albedo(albedo);
-    float missing = arl.z * eon_missing(once.view.mu_o, once.view.sin_o);
-    return EonSurface(once, rho * rho * ((1.0 - arl.z) * missing / 3.14159265358979) / (1.0 - rho * arl.z));
+    float deficit = arl.z * eon_deficit(single_scattering.view.mu_o, single_scattering.view.sin_o);
+    return EonSurface(single_scattering, rho * rho * ((1.0 - arl.z) * deficit / 3.14159265358979) / (1.0 - rho * arl.z));
 }
 
 // Returns the radiance towards v per irradiance E0 on a plane that faces the light [1/sr]; l: unit direction to the light.
 vec3 eon_radiance(EonSurface surface, vec3 l)
 {
-    DiffuseGeometry g = diffuse_geometry(surface.once.view, l);
-    return surface.once.color * fujii_lobe(surface.once, g) + surface.again * (g.mu_i * eon_missing(g.mu_i, g.sin_i));
+    DiffuseGeometry g = diffuse_geometry(surface.single_scattering.view, l);
+    return surface.single_scattering.color * fujii_lobe(surface.single_scattering, g)
+        + surface.multiple_scattering * (g.mu_i * eon_deficit(g.mu_i, g.sin_i));
 }

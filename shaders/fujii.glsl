@@ -19,7 +19,7 @@ struct FujiiSurface {
     float r_over_mu; // r / (N.V)
 };
 
-// Returns what all lamps have in common. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
+// Returns what is the same for all lights. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
 // albedo: rho, 0 to 1, clamped, NaN gives 0. ar: from fujii_coefficients.
 FujiiSurface fujii_surface(vec3 n, vec3 v, vec3 albedo, vec2 ar)
 {

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What all the models need first: the angles between N, L and V, and inputs kept within their ranges. Include it before them.
+// What all models share: the angles between N, L and V, and inputs kept within their ranges. Include it before them.
 // GLSL 3.30 and ES 3.00 (under precision highp float); functions only, no bindings.
 //
-// Each model is in two parts, as no driver is sure to take out of a loop over lamps what is the same for all: MODEL_surface works
-// out once for a pixel what depends on N, V and the material, MODEL_radiance the rest for a lamp:
+// Each model has two parts, as no driver is sure to move what is the same for all lights out of the loop over them: MODEL_surface
+// computes once for a pixel what depends on N, V and the material, MODEL_radiance the rest for each light:
 //     LambertSurface surface = lambert_surface(n, v, albedo);
-//     for each lamp: radiance += irradiance * lambert_radiance(surface, l);
+//     for each light: radiance += irradiance * lambert_radiance(surface, l);
 //
 //     mu_i = N.L,   mu_o = N.V,   s = L.V - mu_i mu_o = L.(V - mu_o N) = sin(theta_i) sin(theta_o) cos(phi)
 //
 // A cosine near 0 or near 1 is what is left when numbers near 1 cancel, so a plain 32-bit dot() is off by 1e-4 of a cosine of 1e-3.
-// diffuse_dot has twice the digits. V - mu_o N is made with them, too, and then s may be a plain dot(): it is off by 1e-7 sin_o,
-// and what the models multiply it with vanishes with N.L as the rest of the radiance does.
+// diffuse_dot has twice the digits. V - mu_o N is computed with them, too, so that s may be a plain dot(): its error is 1e-7 sin_o,
+// and the models multiply it with what vanishes with N.L, as the rest of the radiance does.
 
 struct DiffuseView {
     vec3 n_lead; // N's leading 11 bits, over 2048
@@ -48,7 +48,7 @@ vec2 diffuse_dot(vec3 a, vec3 b)
     return vec2(dot(a_lead, b_lead), dot(a_lead, b - b_lead) + dot(a - a_lead, b));
 }
 
-// Returns what all lamps have in common; n, v: normal and direction to the viewer, unit vectors.
+// Returns what is the same for all lights; n, v: normal and direction to the viewer, unit vectors.
 // Others are taken as they are, and cosines above 1 as 1. All of it is 0, and so is the radiance, where the viewer is behind the
 // surface or nearer to its plane than 1e-18, or a vector is 0, NaN, infinite or longer than about 1e9.
 DiffuseView diffuse_view(vec3 n, vec3 v)
@@ -72,7 +72,7 @@ vec2 diffuse_height(DiffuseView view, vec3 x)
     return vec2(dot(view.n_lead, lead), dot(view.n_lead, wide - lead) + dot(view.n_rest, wide));
 }
 
-// Returns the geometry of a lamp; l: the direction to it, a unit vector.
+// Returns the geometry of a light; l: the direction to it, a unit vector.
 // Others are taken as they are, and a cosine above 1 as 1. All of it is 0, and so is the radiance, where the light is behind the
 // surface or nearer to its plane than 1e-18, or l is 0, NaN, infinite or so long that N.L is above 1e18.
 DiffuseGeometry diffuse_geometry(DiffuseView view, vec3 l)

@@ -20,7 +20,7 @@ struct OrenNayarSurface {
     float b_over_mu; // B / (N.E)
 };
 
-// Returns what all lamps have in common. n, v: unit normal and direction to the viewer (the paper's E); geometry.glsl says what
+// Returns what is the same for all lights. n, v: unit normal and direction to the viewer (the paper's E); geometry.glsl says what
 // becomes of others. albedo: rho, 0 to 1, clamped, NaN gives 0. ab: from oren_nayar_coefficients.
 OrenNayarSurface oren_nayar_surface(vec3 n, vec3 v, vec3 albedo, vec2 ab)
 {

@@ -24,7 +24,7 @@ struct OrenNayar1994Surface {
     float above_o; // 1 - 2 theta_r / pi
 };
 
-// Returns what all lamps have in common. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
+// Returns what is the same for all lights. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
 // albedo: rho, 0 to 1, clamped, NaN gives 0. abc: from oren_nayar_1994_coefficients.
 OrenNayar1994Surface oren_nayar_1994_surface(vec3 n, vec3 v, vec3 albedo, vec3 abc)
 {
@@ -57,8 +57,8 @@ vec3 oren_nayar_1994_radiance(OrenNayar1994Surface surface, vec3 l)
     float ramp = g.mu_i < mu_o ? g.mu_i / mu_o : 1.0; // cos(theta_i) sin(alpha) tan(beta) cos(phi) = s ramp
     float diagonal = (sin_alpha + sin_beta) / (g.mu_i + mu_o); // tan((alpha + beta) / 2)
     vec3 abc = surface.abc;
-    float once = abc.x * g.mu_i + abc.y * shape * g.s * ramp
+    float single = abc.x * g.mu_i + abc.y * shape * g.s * ramp
         + abc.y / 3.6 * (a * a * b * b) * (1.0 - abs(cos_phi)) * diagonal * g.mu_i; // 0.125 = 0.45 / 3.6
-    float twice = abc.z * g.mu_i * (1.0 - cos_phi * b * b);
-    return surface.rho * (max(vec3(0.0), once + surface.rho * twice) / 3.14159265358979);
+    float interreflection = abc.z * g.mu_i * (1.0 - cos_phi * b * b);
+    return surface.rho * (max(vec3(0.0), single + surface.rho * interreflection) / 3.14159265358979);
 }

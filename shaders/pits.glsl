@@ -14,24 +14,24 @@ struct PitsSurface {
     vec3 n;
     vec3 v;
     vec2 o;     // N.V
-    vec3 once;  // rho / (3 pi^2)
-    vec3 again; // rho^2 / (pi (4 - 2 rho))
+    vec3 single_scattering; // rho / (3 pi^2)
+    vec3 interreflection;   // rho^2 / (pi (4 - 2 rho))
 };
 
-// Returns what all lamps have in common. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
+// Returns what is the same for all lights. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
 // albedo: rho of the walls, 0 to 1, clamped, NaN gives 0; the surface as a whole reflects rho / (2 - rho).
 PitsSurface pits_surface(vec3 n, vec3 v, vec3 albedo)
 {
     DiffuseView view = diffuse_view(n, v);
     vec3 rho = diffuse_albedo(albedo);
-    vec3 again = rho * rho / (3.14159265358979 * (4.0 - 2.0 * rho));
-    return PitsSurface(view, n, v, diffuse_dot(n, v), rho / 29.6088132032681, again);
+    vec3 interreflection = rho * rho / (3.14159265358979 * (4.0 - 2.0 * rho));
+    return PitsSurface(view, n, v, diffuse_dot(n, v), rho / 29.6088132032681, interreflection);
 }
 
 // Returns 3 I / min(mu_i, mu_o), finite up to the horizon; q: N.(L x V) = sin(theta_i) sin(theta_o) sin(phi).
 // Light and viewer can change places, so the higher one takes L's. Every difference that would cancel near the horizon or near
 // L = V is written as a sum of terms of one sign, by way of sin^2(x) - sin^2(y) = sin(x - y) sin(x + y).
-float pits_once(DiffuseView view, DiffuseGeometry g, float q)
+float pits_single_scattering(DiffuseView view, DiffuseGeometry g, float q)
 {
     bool light_high = g.mu_i > view.mu_o;
     float high = light_high ? g.mu_i : view.mu_o;
@@ -110,6 +110,6 @@ vec3 pits_radiance(PitsSurface surface, vec3 l)
     g.s = clamp(s, -most, most);
     // N.(L x V) stays the same when N is taken off L or V, and next to N that leaves it all its digits.
     float q = dot(n, cross(g.mu_i > 0.5 ? l - n : l, mu_o > 0.5 ? v - n : v));
-    float once = pits_once(surface.view, g, clamp(q, -1.0, 1.0)) * min(g.mu_i / mu_o, 1.0);
-    return surface.once * once + surface.again * g.mu_i;
+    float single = pits_single_scattering(surface.view, g, clamp(q, -1.0, 1.0)) * min(g.mu_i / mu_o, 1.0);
+    return surface.single_scattering * single + surface.interreflection * g.mu_i;
 }

@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager, nullcontext
 import pytest
 
 from true_diffuse.addon.blender.glsl import source
-from true_diffuse.addon.realtime import blocks, program
+from true_diffuse.addon.realtime import program, uniforms
 from true_diffuse.scripts.studies import frame_time
 from true_diffuse.scripts.studies.frame_time import LAMBERT, OREN_NAYAR, PLAIN, PLAIN_LAMBERT, VARIANTS, Setting
 
@@ -16,8 +16,8 @@ SIZE = (64, 36)
 
 def std140(kind: str) -> int:
     """Return the bytes of a struct of program.py, all of whose members are aligned to 16 bytes."""
-    lamp = source("lights").split("struct Lamp {")[1].split("};")[0]
-    sizes = {"mat4": 64, "vec4": 16, "ivec4": 16, "Lamp": 16 * lamp.count("vec4")}
+    light = source("lights").split("struct Light {")[1].split("};")[0]
+    sizes = {"mat4": 64, "vec4": 16, "ivec4": 16, "Light": 16 * light.count("vec4")}
     total = 0
     for member in program.STRUCTS[kind].rstrip(";").split(";"):
         name, what = member.split()
@@ -27,11 +27,11 @@ def std140(kind: str) -> int:
 
 
 UNIT = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
-LAMP = blocks.lamp("AREA", (1.0, 2.0, 3.0), (0.0, 0.0, 1.0), (4.0, 5.0, 6.0))
+LIGHT = uniforms.light_to_bytes("AREA", (1.0, 2.0, 3.0), (0.0, 0.0, 1.0), (4.0, 5.0, 6.0))
 PACKED = {
-    "View": blocks.view(UNIT, (0.0, 0.0, 1.0), True, (0.0, 0.0, 0.0)),
-    "Material": blocks.material((1.0, 1.0, 1.0), (0.5,), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)),
-    "Lamps": blocks.lamps([LAMP]),
+    "View": uniforms.view_to_bytes(UNIT, (0.0, 0.0, 1.0), True, (0.0, 0.0, 0.0)),
+    "Material": uniforms.material_to_bytes((1.0, 1.0, 1.0), (0.5,), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)),
+    "Lights": uniforms.lights_to_bytes([LIGHT]),
 }
 
 
@@ -41,7 +41,7 @@ def test_block_is_as_long_as_its_struct(kind: str) -> None:
 
 
 def test_lights_beyond_the_most_are_left_out() -> None:
-    assert blocks.lamps([LAMP] * (program.MOST_LAMPS + 3)) == blocks.lamps([LAMP] * program.MOST_LAMPS)
+    assert uniforms.lights_to_bytes([LIGHT] * (program.MAX_LIGHTS + 3)) == uniforms.lights_to_bytes([LIGHT] * program.MAX_LIGHTS)
 
 
 class Counted:

@@ -196,7 +196,7 @@ def test_coat_reflects_as_its_model(ior: float) -> None:
         assert value == pytest.approx(mean_fresnel(mu, roughness, ior), abs=ROUND), (mu, roughness)
 
 
-SINGLE = "coat_highlight(coat_surface(a.xyz, c.xyz, a.w), b.xyz) * coat_kept(dot(a.xyz, c.xyz), coat_alpha(a.w))"
+SINGLE = "coat_highlight(coat_surface(a.xyz, c.xyz, a.w), b.xyz) * coat_single_albedo(dot(a.xyz, c.xyz), coat_alpha(a.w))"
 
 
 @pytest.mark.render
@@ -244,7 +244,7 @@ def test_quadrature_of_the_coat_equals_that_over_lights(mu: float, alpha: float)
 @pytest.mark.render
 def test_coat_keeps_as_much_as_it_says() -> None:
     cases = [(mu, (i / 25) ** 2) for mu in (0.003, 0.03, 0.07, *(k / 15 for k in range(2, 16))) for i in range(1, 26)]
-    for (mu, alpha), value in zip(cases, values("coat", "coat_kept(a.x, a.y)", [(case,) for case in cases]), strict=True):
+    for (mu, alpha), value in zip(cases, values("coat", "coat_single_albedo(a.x, a.y)", [(case,) for case in cases]), strict=True):
         assert value == pytest.approx(albedo.mirrored(mu, alpha), rel=0.016), (mu, alpha)
 
 
@@ -309,7 +309,7 @@ def test_coat_mirrors_as_cycles(roughness: float) -> None:
     assert len(pixels) > 300
     got = values("coat", "coat_highlight(coat_surface(a.xyz, c.xyz, a.w), b.xyz)", rows)
     for pixel, value in zip(pixels, got, strict=True):
-        # what coat_kept states, and Cycles has a table in its place
+        # what coat_single_albedo states, and Cycles has a table in its place
         assert value * light.irradiance == pytest.approx(rgb[3 * pixel], rel=0.02)
 
 

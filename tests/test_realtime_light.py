@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light in the realtime engine: lamps, shadows, the world, what scatters and colors, against closed forms, models and Cycles."""
+"""Lighting in the realtime engine: lamps, shadows, the world, what scatters and colors, against closed forms, models and Cycles."""
 
 import itertools
 import math
@@ -244,7 +244,7 @@ def test_lamp_is_as_in_cycles(name: str) -> None:
 
 def test_lamps_of_all_kinds_add_up() -> None:
     """With one kind of lamp a shader does not ask for the kind; with several it does."""
-    mixed = [next(one for one in SHINES if one.kind == kind) for kind in program.KINDS]
+    mixed = [next(one for one in SHINES if one.kind == kind) for kind in program.LIGHT_TYPES]
     scene = lit_floor(mixed[0], material("Lambert"))
     for shines in mixed[1:]:
         place = looking(PLACE, AIM) @ Matrix.Diagonal((*shines.scale, 1.0))
@@ -514,9 +514,9 @@ def test_face_without_material_is_light_gray() -> None:
 def test_color_attribute_is_linear(kind: str, step: float) -> None:
     """A byte of sRGB is at most 0.009 of a linear color."""
     shown = material("Lambert")
-    materials.paint(shown, shown.node_tree.nodes[ROUGH_DIFFUSE.name].inputs["Color"], "Paint", 0.5)
+    materials.paint(shown, shown.node_tree.nodes[ROUGH_DIFFUSE.name].inputs["Color"], "ColorInput", 0.5)
     mesh = square(1.0, shown)
-    for item in mesh.color_attributes.new("Paint", kind, "CORNER").data:
+    for item in mesh.color_attributes.new("ColorInput", kind, "CORNER").data:
         item.color = (0.1, 0.4, 0.9, 1.0)
     assert floor_color(shown, mesh) == pytest.approx((0.05, 0.2, 0.45), abs=step)
 

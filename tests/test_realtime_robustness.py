@@ -23,7 +23,7 @@ import checkout
 from true_diffuse.addon.blender import engines, properties
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.addon.realtime import contents, drawing, engine, meshes, shadows, view, viewport
+from true_diffuse.addon.realtime import engine, meshes, renderer, scene_cache, shadows, view, viewport
 from true_diffuse.addon.realtime import register as register_engine
 from true_diffuse.addon.realtime import unregister as unregister_engine
 
@@ -218,7 +218,7 @@ def test_lost_context_is_a_message_and_the_next_render_is_as_ever(
     """What the gpu module does then is to raise an error of its own, wherever it is called."""
     stage.square()
     stage.render()
-    drawing.forget_shaders()
+    renderer.forget_shaders()
 
     def lose(*_: object, **__: object) -> None:
         raise error("no context")
@@ -233,7 +233,7 @@ def test_lost_context_is_a_message_and_the_next_render_is_as_ever(
 def test_interrupted_render_is_a_message(stage: Stage, monkeypatch) -> None:
     stage.square()
     with monkeypatch.context() as patch:
-        patch.setattr(drawing.Painter, "read", lambda _: os.kill(os.getpid(), signal.SIGINT))
+        patch.setattr(renderer.Renderer, "read", lambda _: os.kill(os.getpid(), signal.SIGINT))
         assert "KeyboardInterrupt" in stage.refusal()
     assert stage.render().at(0.0) == gray(LIT)
 
@@ -241,17 +241,17 @@ def test_interrupted_render_is_a_message(stage: Stage, monkeypatch) -> None:
 def test_scene_that_goes_away_while_it_is_rendered(stage: Stage, monkeypatch) -> None:
     """Handlers of other add-ons may do so; what has been sent to the driver is drawn to its end."""
     stage.square()
-    real, taken = drawing.Painter.add, []
+    real, taken = renderer.Renderer.add, []
 
-    def add(painter: drawing.Painter, *arguments: object) -> None:
-        taken.append(painter)
+    def add(self: renderer.Renderer, *arguments: object) -> None:
+        taken.append(self)
         if len(taken) == 2:
             stage.scene.render.engine = engines.CYCLES.identifier
             bpy.data.batch_remove([*bpy.data.meshes, *bpy.data.lights])
-        real(painter, *arguments)
+        real(self, *arguments)
 
     stage.scene.true_diffuse.samples = 4
-    monkeypatch.setattr(drawing.Painter, "add", add)
+    monkeypatch.setattr(renderer.Renderer, "add", add)
     assert stage.render().at(0.0) == gray(LIT)
     assert len(taken) == 4
 
@@ -262,9 +262,9 @@ def test_programs_are_used_by_one_thread_at_a_time(stage: Stage, monkeypatch) ->
     free: list[bool] = []
 
     def ask() -> None:
-        free.append(drawing.IN_USE.acquire(blocking=False))
+        free.append(renderer.PROGRAM_LOCK.acquire(blocking=False))
         if free[-1]:
-            drawing.IN_USE.release()
+            renderer.PROGRAM_LOCK.release()
 
     def asking(real: Callable) -> Callable:
         def called(*arguments: object) -> object:
@@ -276,12 +276,12 @@ def test_programs_are_used_by_one_thread_at_a_time(stage: Stage, monkeypatch) ->
         return called
 
     # what begins each use of a program: of those for surfaces and shadows, of all others
-    for name in ("_draw_nearest", "shadow_shader", "gather_shader", "add_shader", "show_shader"):
-        monkeypatch.setattr(drawing, name, asking(getattr(drawing, name)))
+    for name in ("_use_depth_test", "shadow_shader", "subsurface_gather_shader", "accumulate_shader", "resolve_shader"):
+        monkeypatch.setattr(renderer, name, asking(getattr(renderer, name)))
     stage.render()
     assert free == [False] * 6
-    assert drawing.IN_USE.acquire(blocking=False)
-    drawing.IN_USE.release()
+    assert renderer.PROGRAM_LOCK.acquire(blocking=False)
+    renderer.PROGRAM_LOCK.release()
 
 
 class Window:
@@ -438,7 +438,7 @@ def test_vertices_that_are_no_numbers(stage: Stage, capfd, number: float) -> Non
     stage.mesh(corners, [(0, 1, 2, 3), (1, 4, 5)])
     seen = stage.render()
     assert seen.at(-0.5) == gray(LIT) and seen.at(0.3, -0.5) == gray(0.0)
-    assert warnings(capfd) == ["1 triangles of Mesh are left out: their places are no numbers, or too far"]
+    assert warnings(capfd) == ["1 triangles of Mesh are left out: their vertices are not finite or too far away"]
 
 
 @pytest.mark.parametrize("count", [1, 200])
@@ -465,7 +465,7 @@ def test_power_that_is_no_number(stage: Stage, capfd, number: float) -> None:
     stage.scene.world = bpy.data.worlds.new("World")
     stage.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = number
     assert stage.render().at(0.0) == gray(LIT)
-    assert {line.partition(":")[0] for line in warnings(capfd)} == {"1 lamps are left out", "The world is black"}
+    assert {line.partition(":")[0] for line in warnings(capfd)} == {"1 lights are left out", "The world is black"}
 
 
 def test_empty_meshes(stage: Stage) -> None:
@@ -604,7 +604,7 @@ def test_many_lamps(stage: Stage, capfd, count: int) -> None:
     for _ in range(count - 1):
         stage.lamp(1.0 / 64.0)
     assert stage.render().at(0.0)[:3] == pytest.approx([LIT] * 3, rel=5e-6)
-    assert warnings(capfd) == (["64 of 65 lamps are drawn"] if count == 65 else [])
+    assert warnings(capfd) == (["64 of 65 lights are drawn"] if count == 65 else [])
 
 
 def test_a_million_triangles(stage: Stage) -> None:
@@ -833,7 +833,7 @@ def resident() -> int:
 
 def alive() -> dict[str, int]:
     gc.collect()
-    kinds = (meshes.Mesh, drawing.Painter, drawing.Targets, contents.Contents)
+    kinds = (meshes.Mesh, renderer.Renderer, renderer.RenderTargets, scene_cache.SceneCache)
     return {kind.__name__: sum(isinstance(item, kind) for item in gc.get_objects()) for kind in kinds}
 
 
@@ -873,12 +873,12 @@ def test_a_hundred_edits_leave_nothing_behind(stage: Stage) -> None:
     group = next(node for node in material.node_tree.nodes if node.type == "GROUP")
     item.data.materials.append(material)
     gpu.init()
-    kept = contents.Contents()
-    painter = drawing.Painter(kept)
+    kept = scene_cache.SceneCache()
+    drawer = renderer.Renderer(kept)
 
     def read(_: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         kept.update(depsgraph)
-        painter.refresh()
+        drawer.refresh()
 
     def edit(times: int) -> tuple[int, dict[str, int], int]:
         for k in range(times):
@@ -888,8 +888,8 @@ def test_a_hundred_edits_leave_nothing_behind(stage: Stage) -> None:
             stage.camera.data.ortho_scale = 4.0 + 0.01 * k
             bpy.context.view_layer.update()
             view = seen_by(stage.camera, 64 + 4 * (k % 17))
-            painter.begin(view)
-            painter.add(view, 0, 1.5, (0.0, 0.0, 0.0, 1.0))
+            drawer.begin(view)
+            drawer.add(view, 0, 1.5, (0.0, 0.0, 0.0, 1.0))
         return len(list(Path("/proc/self/fd").iterdir())), alive(), resident()
 
     bpy.app.handlers.depsgraph_update_post.append(read)
@@ -899,7 +899,7 @@ def test_a_hundred_edits_leave_nothing_behind(stage: Stage) -> None:
     finally:
         bpy.app.handlers.depsgraph_update_post.remove(read)
     assert files_after == files
-    assert objects_after == objects == {"Mesh": 1, "Painter": 1, "Targets": 1, "Contents": 1}
+    assert objects_after == objects == {"Mesh": 1, "Renderer": 1, "RenderTargets": 1, "SceneCache": 1}
     assert memory_after - memory < 6e6
 
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A render engine of its own: draws with shaders/*.glsl in the viewport, in final and in headless renders."""
+"""The render engine True Diffuse Realtime: draws with shaders/*.glsl in the viewport, in final and in headless renders."""
 
 
 def register() -> None:
-    """Make the engine known to Blender; its settings are those of `addon.properties`."""
+    """Register the engine and its panels; its settings are those of addon.blender.properties."""
     import bpy
 
     from . import engine, panels
@@ -13,10 +13,11 @@ def register() -> None:
 
 
 def unregister() -> None:
+    """Unregister them and free the shaders on the driver."""
     import bpy
 
-    from . import drawing, engine, panels
+    from . import engine, panels, renderer
 
     panels.unregister()
     bpy.utils.unregister_class(engine.TrueDiffuseRealtime)
-    drawing.forget_shaders()
+    renderer.forget_shaders()

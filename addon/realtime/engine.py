@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The render engine True Diffuse Realtime as Blender knows it; `final` and `viewport` do its work."""
+"""The class that Blender knows as the render engine True Diffuse Realtime; final.py and viewport.py do its work."""
 
 from typing import TYPE_CHECKING
 
@@ -12,12 +12,12 @@ IDENTIFIER = "TRUE_DIFFUSE_REALTIME"
 
 
 class TrueDiffuseRealtime(bpy.types.RenderEngine):
-    """Draws with the shaders of True Diffuse: every model exact, under every lamp"""
+    """Draws with the shaders of True Diffuse: every model exact, under every light"""
 
     bl_idname = IDENTIFIER
     bl_label = "True Diffuse Realtime"
-    bl_use_gpu_context = not bpy.app.background  # in final renders, too; without windows `final` sees to it
-    bl_use_eevee_viewport = True  # material previews are EEVEE's
+    bl_use_gpu_context = not bpy.app.background  # in final renders, too; without a window final.py creates it
+    bl_use_eevee_viewport = True  # EEVEE draws Material Preview
     bl_use_shading_nodes_custom = False
     bl_use_preview = False
 
@@ -30,7 +30,7 @@ class TrueDiffuseRealtime(bpy.types.RenderEngine):
         final.render(self, depsgraph)
 
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
-        """Read what changed."""
+        """Read what changed in the scene."""
         from .viewport import Viewport
 
         if self._viewport is None:
@@ -38,6 +38,6 @@ class TrueDiffuseRealtime(bpy.types.RenderEngine):
         self._viewport.update(self, context, depsgraph)
 
     def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
-        """Draw one more sample, and all so far into the window."""
+        """Add a sample and draw the picture so far into the window."""
         if self._viewport is not None:
             self._viewport.draw(self, context, depsgraph.scene)

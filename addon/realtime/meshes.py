@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes on the driver: one buffer of positions and normals, indices for each material slot, other layers on demand."""
+"""Meshes on the driver: one buffer of positions and normals, indices for each material slot, other attributes on demand."""
 
 from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -9,29 +9,29 @@ import bpy
 
 import gpu
 
-from .layers import CORNERS, WIDTHS, Faces, Floats, Layer, gathered, layer_values
+from .mesh_attributes import CORNERS, WIDTHS, Faces, Floats, MeshAttribute, attribute_values, gathered
 
-FEW = 64  # triangles: so many or less tell where a mesh is better than its box does
-LARGEST = 1e18  # its square is a number of 32 bits, too
+MAX_HULL_TRIANGLES = 64  # meshes of more triangles have their box as hull
+LARGEST = 1e18  # its square is a finite 32-bit float, too
 
 type Point = tuple[float, float, float]
 
 
 class Mesh:
-    """A mesh on the driver. Its corners are its vertices there, as normals and UVs differ between the faces of one vertex.
+    """A mesh on the driver. Its vertices there are the mesh's corners, as the faces at a vertex differ in normals and UVs.
 
-    `parts` has the indices of each material slot that faces have; `hull` the corners of triangles that hold all of it; `triangles`
-    says how many are drawn, `lost` how many are left out, as their vertices are not sound.
+    `slots` holds the index buffer of each material slot that faces use; `hull` the corners of triangles that enclose the mesh;
+    `triangles` is the number of triangles drawn, `skipped` of those left out because a vertex is not finite.
     """
 
     def __init__(self, mesh: bpy.types.Mesh) -> None:
-        """Send `mesh`, an evaluated one, to the driver."""
-        self.parts: dict[int, gpu.types.GPUIndexBuf] = {}
+        """Send the evaluated `mesh` to the driver."""
+        self.slots: dict[int, gpu.types.GPUIndexBuf] = {}
         self.hull: list[Point] = []
-        self.lost = 0
+        self.skipped = 0
         self.triangles = 0
-        self._batches: dict[tuple[int, tuple[Layer, ...]], gpu.types.GPUBatch] = {}
-        self._layers: dict[Layer, gpu.types.GPUVertBuf] = {}
+        self._batches: dict[tuple[int, tuple[MeshAttribute, ...]], gpu.types.GPUBatch] = {}
+        self._attributes: dict[MeshAttribute, gpu.types.GPUVertBuf] = {}
         if not len(mesh.loop_triangles):
             return
         self._corners = array("i", bytes(4 * len(mesh.loops)))
@@ -44,68 +44,87 @@ class Mesh:
         mesh.loop_triangles.foreach_get("loops", triangles)
         slots = array("i", bytes(4 * len(mesh.loop_triangles)))
         mesh.loop_triangles.foreach_get("material_index", slots)
-        placed = gathered(positions, 3, self._corners)
-        if not sum(map(abs, positions)) < LARGEST:  # or no number
-            triangles, slots = self._sound(placed, triangles, slots)
+        corner_positions = gathered(positions, 3, self._corners)
+        if not sum(map(abs, positions)) < LARGEST:  # the sum may be NaN
+            triangles, slots = self._finite(corner_positions, triangles, slots)
         if not slots:
             return
         self.triangles = len(slots)
         self._triangles = triangles
-        self.hull = _hull(positions, placed, triangles)
-        self._surface = _vertices(len(self._corners), {"position": (3, placed), "normal": (3, normals)})
+        self.hull = _hull(positions, corner_positions, triangles)
+        self._surface = _vertices(len(self._corners), {"position": (3, corner_positions), "normal": (3, normals)})
         for slot in set(slots):
-            self.parts[slot] = _indices(triangles, [index == slot for index in slots] if len(set(slots)) > 1 else None)
+            self.slots[slot] = _indices(triangles, [index == slot for index in slots] if len(set(slots)) > 1 else None)
 
-    def _sound(self, placed: Floats, triangles: array[int], slots: array[int]) -> tuple[array[int], array[int]]:
-        """Return `triangles` and `slots` without the triangles that are not sound."""
-        sound = [is_sound(placed[3 * at : 3 * at + 3]) for at in range(len(placed) // 3)]
-        keep = [all(sound[corner] for corner in triangles[at : at + CORNERS]) for at in range(0, len(triangles), CORNERS)]
-        self.lost = keep.count(False)
-        return _chosen(triangles, keep), array("i", compress(slots, keep))
+    def prepare(
+        self, mesh: bpy.types.Mesh, wanted: Mapping[int, tuple[MeshAttribute, ...]], scratch: Callable[[], bpy.types.Mesh]
+    ) -> None:
+        """Make the triangles of each slot ready to draw with the attributes of `mesh` that are `wanted` for the slot.
 
-    def prepare(self, mesh: bpy.types.Mesh, wanted: Mapping[int, tuple[Layer, ...]], spare: Callable[[], bpy.types.Mesh]) -> None:
-        """Have the triangles of each slot ready to draw, with the layers `wanted` for it of `mesh`; each is sent once.
-
-        `spare` returns a mesh that may be overwritten, in the place of `mesh` maybe.
+        Each attribute is sent to the driver once. `scratch` returns a mesh that may be overwritten, possibly `mesh` itself.
         """
-        lacking = [layer for layer in dict.fromkeys(chain.from_iterable(wanted.values())) if layer not in self._layers]
-        found = {layer: layer_values(mesh, layer, self._corners) for layer in lacking}
-        has_tangents = any(kind == "tangent" for kind, _ in lacking)
+        missing = [name for name in dict.fromkeys(chain.from_iterable(wanted.values())) if name not in self._attributes]
+        values_by_name = {name: attribute_values(mesh, name, self._corners) for name in missing}
+        has_tangents = any(kind == "tangent" for kind, _ in missing)
         faces = Faces.of(mesh, self._corners, self._triangles) if has_tangents else None
-        for (kind, name), values in found.items():
+        for (kind, name), values in values_by_name.items():
             if faces and kind == "tangent" and values is not None:
-                values = faces.tangents(values, spare())
-            if values is None:  # as Blender has it: what is not there is 0
+                values = faces.tangents(values, scratch())
+            if values is None:  # as in Blender, a missing attribute is 0
                 values = array("f", bytes(4 * WIDTHS[kind] * len(self._corners)))
-            self._layers[kind, name] = _vertices(len(self._corners), {kind: (WIDTHS[kind], values)})
-        for slot, layers in wanted.items():
-            if (slot, layers) not in self._batches:
-                batch = gpu.types.GPUBatch(type="TRIS", buf=self._surface, elem=self.parts[slot])
-                for layer in layers:
-                    batch.vertbuf_add(self._layers[layer])
-                self._batches[slot, layers] = batch
+            self._attributes[kind, name] = _vertices(len(self._corners), {kind: (WIDTHS[kind], values)})
+        for slot, attributes in wanted.items():
+            if (slot, attributes) not in self._batches:
+                batch = gpu.types.GPUBatch(type="TRIS", buf=self._surface, elem=self.slots[slot])
+                for attribute in attributes:
+                    batch.vertbuf_add(self._attributes[attribute])
+                self._batches[slot, attributes] = batch
 
-    def batch(self, slot: int, layers: tuple[Layer, ...]) -> gpu.types.GPUBatch:
-        """Return what `prepare` made ready. Raises KeyError where it did not."""
-        return self._batches[slot, layers]
+    def batch(self, slot: int, attributes: tuple[MeshAttribute, ...]) -> gpu.types.GPUBatch:
+        """Return the batch that `prepare` made. Raises KeyError where it made none."""
+        return self._batches[slot, attributes]
+
+    def _finite(self, corner_positions: Floats, triangles: array[int], slots: array[int]) -> tuple[array[int], array[int]]:
+        """Return `triangles` and `slots` without the triangles that have a vertex which is not finite; count those."""
+        finite = [is_finite(corner_positions[3 * at : 3 * at + 3]) for at in range(len(corner_positions) // 3)]
+        keep = [all(finite[corner] for corner in triangles[at : at + CORNERS]) for at in range(0, len(triangles), CORNERS)]
+        self.skipped = keep.count(False)
+        return _selected(triangles, keep), array("i", compress(slots, keep))
 
 
-def is_sound(numbers: Iterable[float]) -> bool:
-    """Return whether shaders can compute with `numbers`: all are some, and not too large."""
+def is_finite(numbers: Iterable[float]) -> bool:
+    """Return whether shaders can compute with `numbers`: all are below 1e18 in size, so that their squares are finite."""
     return all(abs(number) < LARGEST for number in numbers)
 
 
-def _chosen(triangles: array[int], keep: list[bool]) -> array[int]:
+def box(low: Sequence[float], high: Sequence[float]) -> list[Point]:
+    """Return the corners of the 12 triangles of a box from `low` to `high`."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    corners = [(x, y, z) for x in (x0, x1) for y in (y0, y1) for z in (z0, z1)]
+    faces = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    return [corners[corner] for a, b, c, d in faces for corner in (a, b, c, a, c, d)]
+
+
+def _hull(positions: array[float], corner_positions: Floats, triangles: array[int]) -> list[Point]:
+    """Return the corners of `triangles` themselves where they are few, else those of their box: 12 triangles."""
+    if len(triangles) <= MAX_HULL_TRIANGLES * CORNERS:
+        return [(corner_positions[3 * k], corner_positions[3 * k + 1], corner_positions[3 * k + 2]) for k in triangles]
+    axes = [positions[axis::3] for axis in range(3)]
+    ranges = [(min(values), max(values)) for values in ([x for x in axis if abs(x) < LARGEST] for axis in axes)]
+    return box([low for low, _ in ranges], [high for _, high in ranges])
+
+
+def _selected(triangles: array[int], keep: list[bool]) -> array[int]:
     return array("i", compress(triangles, (kept for kept in keep for _ in range(CORNERS))))
 
 
 def _indices(triangles: array[int], keep: list[bool] | None) -> gpu.types.GPUIndexBuf:
-    chosen = triangles if keep is None else _chosen(triangles, keep)
-    return gpu.types.GPUIndexBuf(type="TRIS", seq=memoryview(chosen).cast("B").cast("i", (len(chosen) // CORNERS, CORNERS)))
+    selected = triangles if keep is None else _selected(triangles, keep)
+    return gpu.types.GPUIndexBuf(type="TRIS", seq=memoryview(selected).cast("B").cast("i", (len(selected) // CORNERS, CORNERS)))
 
 
 def _vertices(count: int, attributes: dict[str, tuple[int, Floats | array[float]]]) -> gpu.types.GPUVertBuf:
-    """Return a buffer of `count` vertices with `attributes`: for each its components and its values."""
+    """Return a buffer of `count` vertices with `attributes`: for each the number of its components, and its values."""
     layout = gpu.types.GPUVertFormat()
     for name, (width, _) in attributes.items():
         layout.attr_add(id=name, comp_type="F32", len=width, fetch_mode="FLOAT")
@@ -113,20 +132,3 @@ def _vertices(count: int, attributes: dict[str, tuple[int, Floats | array[float]
     for name, (width, values) in attributes.items():
         vertices.attr_fill(name, gpu.types.Buffer("FLOAT", (count, width), values))
     return vertices
-
-
-def _hull(positions: array[float], placed: Floats, triangles: array[int]) -> list[Point]:
-    """Return the corners of few triangles themselves, of many those of their box: 12 triangles."""
-    if len(triangles) <= FEW * CORNERS:
-        return [(placed[3 * corner], placed[3 * corner + 1], placed[3 * corner + 2]) for corner in triangles]
-    axes = [positions[axis::3] for axis in range(3)]
-    ranges = [(min(values), max(values)) for values in ([x for x in axis if abs(x) < LARGEST] for axis in axes)]
-    return box([low for low, _ in ranges], [high for _, high in ranges])
-
-
-def box(low: Sequence[float], high: Sequence[float]) -> list[Point]:
-    """Return the corners of the 12 triangles of a box."""
-    (x0, y0, z0), (x1, y1, z1) = low, high
-    corners = [(x, y, z) for x in (x0, x1) for y in (y0, y1) for z in (z0, z1)]
-    faces = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-    return [corners[corner] for a, b, c, d in faces for corner in (a, b, c, a, c, d)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The engine's settings in Render properties, and which of Blender's own panels it shows."""
+"""The engine's settings in the render properties, and Blender's own panels that it shows."""
 
 from collections.abc import Iterator
 
@@ -7,9 +7,9 @@ import bpy
 
 from .engine import IDENTIFIER
 
-GENERIC = "BLENDER_RENDER"  # what panels for any engine say they are for
-LEFT_OUT = ("freestyle", "DATA_PT_light", "DATA_PT_spot")  # parts of names: what the engine has not, or EEVEE's panels show better
-EEVEES = {  # what the engine follows of EEVEE's settings
+GENERIC = "BLENDER_RENDER"  # in COMPAT_ENGINES of panels for any engine
+EXCLUDED = ("freestyle", "DATA_PT_light", "DATA_PT_spot")  # in names: what the engine lacks, or EEVEE's panels show better
+EEVEE_PANELS = {  # of settings that the engine follows
     "DATA_PT_EEVEE_light",
     "DATA_PT_EEVEE_light_shadow",
     "EEVEE_MATERIAL_PT_context_material",
@@ -41,24 +41,26 @@ class TRUE_DIFFUSE_PT_sampling(bpy.types.Panel):
         column.prop(context.scene.true_diffuse, "samples", text="Render")
 
 
-def shared() -> Iterator[type[bpy.types.Panel]]:
-    """Yield Blender's own panels that hold for the engine."""
+def shared_panels() -> Iterator[type[bpy.types.Panel]]:
+    """Yield Blender's own panels that apply to the engine."""
     waiting = list(bpy.types.Panel.__subclasses__())
     while waiting:
         panel = waiting.pop()
         waiting += panel.__subclasses__()
         engines, name = getattr(panel, "COMPAT_ENGINES", ()), panel.__name__
-        if name in EEVEES or (GENERIC in engines and not any(part in name for part in LEFT_OUT)):
+        if name in EEVEE_PANELS or (GENERIC in engines and not any(word in name for word in EXCLUDED)):
             yield panel
 
 
 def register() -> None:
+    """Register the panel and have the engine show the shared ones."""
     bpy.utils.register_class(TRUE_DIFFUSE_PT_sampling)
-    for panel in shared():
+    for panel in shared_panels():
         panel.COMPAT_ENGINES.add(IDENTIFIER)
 
 
 def unregister() -> None:
-    for panel in shared():
+    """Undo `register`."""
+    for panel in shared_panels():
         panel.COMPAT_ENGINES.discard(IDENTIFIER)
     bpy.utils.unregister_class(TRUE_DIFFUSE_PT_sampling)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The realtime shaders as text: one variant for each combination of model, inputs and lamps in use. No bpy.
+"""The realtime shaders as text: one variant for each combination of model, inputs and kinds of lights in use. No bpy.
 
-What a variant does not need is not in it. Blender's gpu module declares a program's inputs and outputs itself, from what `Program`
-lists; `declared` does so for any other driver of OpenGL 3.3.
+A variant holds nothing that it does not need. Blender's gpu module declares a program's inputs and outputs, from what `Program`
+lists.
 """
 
 from collections.abc import Mapping
@@ -12,58 +12,61 @@ from enum import StrEnum
 from ..blender.glsl import FULLSCREEN_VERTEX_SHADER, SHADERS, source
 from .laws import LAMBERT, Law
 
-MOST_LAMPS = 64
-KINDS = ("SUN", "POINT", "SPOT", "AREA")  # as Blender calls them, in the order of shaders/lights.glsl
+MAX_LIGHTS = 64
+LIGHT_TYPES = ("SUN", "POINT", "SPOT", "AREA")  # Blender's; a light's number in the shader is its index here
 STRUCTS = {
     "View": "mat4 projection; vec4 camera; vec4 world;",
     "Material": "vec4 color; vec4 shape; vec4 coat; vec4 scattering;",
-    "Lamps": f"ivec4 count; Lamp lamp[{MOST_LAMPS}];",
-    "Shadows": f"mat4 matrix[{MOST_LAMPS}]; vec4 tile[{MOST_LAMPS}]; vec4 texel[{MOST_LAMPS}];",
-    "Gather": "vec4 size; vec4 turn;",
+    "Lights": f"ivec4 count; Light light[{MAX_LIGHTS}];",
+    "Shadows": f"mat4 matrix[{MAX_LIGHTS}]; vec4 tile[{MAX_LIGHTS}]; vec4 texel[{MAX_LIGHTS}];",
+    "Gather": "vec4 size; vec4 offset;",
 }
-TYPES = {"FLOAT": "float", "INT": "int", "VEC2": "vec2", "VEC3": "vec3", "VEC4": "vec4", "MAT4": "mat4"}
 
 
-class Paint(StrEnum):
-    """What a material's color is multiplied with, at each point."""
+class ColorInput(StrEnum):
+    """What multiplies a material's color at each point; the value is the shader's definition."""
 
-    NOTHING = ""
+    NONE = ""
     ATTRIBUTE = "COLOR_ATTRIBUTE"
     IMAGE = "COLOR_IMAGE"
 
 
-class Relief(StrEnum):
-    """What turns the normals within a face."""
+class NormalInput(StrEnum):
+    """What changes the normal at each point; the value is the shader's definition."""
 
-    NOTHING = ""
-    TANGENT = "NORMAL_MAP"
+    NONE = ""
+    MAP = "NORMAL_MAP"
 
 
 @dataclass(frozen=True)
-class Light:
-    """What a scene's light asks of every shader: kinds of lamps, shadows, an ambient term."""
+class Lighting:
+    """What a scene's lights ask of every surface shader: their `types`, of LIGHT_TYPES, shadow maps, an ambient term."""
 
-    kinds: frozenset[str] = frozenset()
+    types: frozenset[str] = frozenset()
     shadows: bool = False
     ambient: bool = False
 
 
 @dataclass(frozen=True)
 class Variant:
-    """A surface shader. `scatters`: the material does; `scattering`: something in the scene does, so all write what that needs."""
+    """What determines a surface shader.
+
+    `subsurface`: the material has subsurface scattering. `subsurface_in_scene`: some material has, so that all shaders write the
+    outputs that the gather pass reads.
+    """
 
     law: Law
-    paint: Paint
+    color_input: ColorInput
     coat: bool
-    scatters: bool
-    scattering: bool
-    light: Light
-    relief: Relief = Relief.NOTHING
+    subsurface: bool
+    subsurface_in_scene: bool
+    lighting: Lighting
+    normal_input: NormalInput = NormalInput.NONE
 
 
 @dataclass(frozen=True)
 class Program:
-    """A vertex and a fragment shader, and what goes in and out: names by type, in the order of their places."""
+    """A vertex and a fragment shader with their inputs and outputs: types by name, in the order of their locations."""
 
     name: str
     vertex: str
@@ -72,102 +75,110 @@ class Program:
     varyings: Mapping[str, str] = field(default_factory=dict)
     constants: Mapping[str, str] = field(default_factory=dict)
     samplers: Mapping[str, str] = field(default_factory=dict)
-    blocks: Mapping[str, str] = field(default_factory=dict)  # structs by name
+    uniform_blocks: Mapping[str, str] = field(default_factory=dict)  # the blocks' structs by name
     outputs: tuple[str, ...] = ("result",)
-    types: str = ""  # structs that the blocks are made of
+    declarations: str = ""  # of structs that the blocks' structs contain
+
+
+def surface_program(variant: Variant) -> Program:
+    """Return the program that draws surfaces under all lights. Raises ValueError for a type of light it does not know."""
+    law, lighting = variant.law, variant.lighting
+    if unknown := lighting.types - set(LIGHT_TYPES):
+        raise ValueError(f"unknown types of light: {', '.join(sorted(unknown))}")
+    stems = [law.stem]
+    definitions = [f"{name} {number}.0" for number, name in enumerate(LIGHT_TYPES) if name in lighting.types]
+    for is_used, name, included in (
+        (lighting.shadows, "SHADOWS", ()),
+        (lighting.ambient, "AMBIENT", () if law is LAMBERT else ("directional_albedo",)),
+        (variant.coat, "COAT", ("coat",)),
+        (variant.subsurface, "SUBSURFACE", ("burley",)),
+        (variant.subsurface_in_scene, "SUBSURFACE_IN_SCENE", ()),
+        (variant.color_input, str(variant.color_input), ()),
+        (variant.normal_input, str(variant.normal_input), ()),
+    ):
+        if is_used:
+            definitions.append(name)
+            stems += included
+    # one type of light needs no branch
+    light_type = next(iter(lighting.types)) if len(lighting.types) == 1 else "light.position.w"
+    definitions += [
+        f"LIGHT_TYPE(light) {light_type}",
+        f"SURFACE {law.surface}",
+        f"RADIANCE {law.radiance}",
+        f"ALBEDO(mu) {law.ambient}",
+    ]
+    defines = "\n".join(f"#define {definition}" for definition in definitions)
+    comment, rest = source("lights").split("struct Light {", 1)
+    members, functions = rest.split("};", 1)  # the struct is declared before the uniform blocks, which contain it
+    attributes, varyings = {"position": "VEC3", "normal": "VEC3"}, {"world_position": "VEC3", "world_normal": "VEC3"}
+    samplers = {"shadow_map": "FLOAT_2D"} if lighting.shadows else {}
+    if variant.color_input is ColorInput.ATTRIBUTE:
+        attributes["color"] = varyings["vertex_color"] = "VEC4"
+    if variant.color_input is ColorInput.IMAGE:
+        attributes["uv"] = varyings["vertex_uv"] = "VEC2"
+        samplers["color_image"] = "FLOAT_2D"
+    if variant.normal_input:
+        attributes |= {"normal_uv": "VEC2", "tangent": "VEC4"}
+        varyings |= {"vertex_normal_uv": "VEC2", "object_normal": "VEC3", "object_tangent": "VEC4"}
+        samplers["normal_image"] = "FLOAT_2D"
+    transform = _file("transform_normal")
+    blocks = {"view": "View", "material": "Material", "lights": "Lights"} | ({"shadows": "Shadows"} if lighting.shadows else {})
+    return Program(
+        name="true_diffuse_surface",
+        vertex="\n".join((defines, transform, _file("surface_vertex"))),
+        fragment="\n".join(
+            (
+                defines,
+                transform if variant.normal_input else "",
+                comment,
+                functions,
+                source(*stems),
+                law.more,
+                _file("surface_fragment"),
+            )
+        ),
+        attributes=attributes,
+        varyings=varyings,
+        constants={"object_matrix": "MAT4", "orientation": "FLOAT"} | ({"object_number": "INT"} if variant.subsurface else {}),
+        samplers=samplers,
+        uniform_blocks=blocks,
+        outputs=("out_radiance", *(("out_entering", "out_distance", "out_tint") if variant.subsurface_in_scene else ())),
+        declarations=f"struct Light {{{members}}};\n",
+    )
+
+
+def shadow_program() -> Program:
+    """Return the program that draws a shadow map: the distance of surfaces from a light."""
+    return Program(
+        name="true_diffuse_shadow",
+        vertex="void main() { gl_Position = matrix * vec4(position, 1.0); }",
+        fragment=_file("shadow_fragment"),
+        attributes={"position": "VEC3", "normal": "VEC3"},
+        # from the object to the light's clip space; push constants hold two matrices, but Blender takes some of that
+        constants={"matrix": "MAT4"},
+    )
+
+
+def fullscreen_program(
+    name: str, samplers: Mapping[str, str], constants: Mapping[str, str], stems: tuple[str, ...] = (), **uniform_blocks: str
+) -> Program:
+    """Return the program that runs shaders/realtime/NAME.glsl for every pixel, with shaders/STEM.glsl of `stems` before it."""
+    return Program(
+        name=f"true_diffuse_{name}",
+        vertex=FULLSCREEN_VERTEX_SHADER,
+        fragment="\n".join((source(*stems), _file(name))),
+        attributes={"position": "VEC2"},
+        constants=constants,
+        samplers=samplers,
+        uniform_blocks=uniform_blocks,
+    )
+
+
+def struct_declarations(program: Program) -> str:
+    """Return the GLSL declarations of the structs in `program`'s uniform blocks."""
+    blocks = program.uniform_blocks.values()
+    return program.declarations + "".join(f"struct {name} {{ {STRUCTS[name]} }};\n" for name in blocks)
 
 
 def _file(name: str) -> str:
     return (SHADERS / "realtime" / f"{name}.glsl").read_text()
-
-
-def surface(variant: Variant) -> Program:
-    """Return the program that draws surfaces under all lamps."""
-    law, light = variant.law, variant.light
-    stems, defines = [law.stem], [f"{kind} {number}.0" for number, kind in enumerate(KINDS) if kind in light.kinds]
-    for used, name, needs in (
-        (light.shadows, "SHADOWS", ()),
-        (light.ambient, "AMBIENT", () if law is LAMBERT else ("directional_albedo",)),
-        (variant.coat, "COAT", ("coat",)),
-        (variant.scatters, "SCATTERS", ("burley",)),
-        (variant.scattering, "SCATTERING", ()),
-        (variant.paint, str(variant.paint), ()),
-        (variant.relief, str(variant.relief), ()),
-    ):
-        if used:
-            defines.append(name)
-            stems += needs
-    comment, rest = source("lights").split("struct Lamp {", 1)
-    members, functions = rest.split("};", 1)  # the struct is declared ahead, for the blocks
-    kind = next(iter(light.kinds)) if len(light.kinds) == 1 else "lamp.place.w"  # what is the same for all is not looked up
-    lines = [f"#define {name}" for name in (*defines, f"KIND(lamp) {kind}")]
-    lines += [f"#define SURFACE {law.surface}", f"#define RADIANCE {law.radiance}", f"#define ALBEDO(mu) {law.ambient}"]
-    attributes, varyings = {"position": "VEC3", "normal": "VEC3"}, {"world_position": "VEC3", "world_normal": "VEC3"}
-    if variant.paint is Paint.ATTRIBUTE:
-        attributes["color"] = varyings["vertex_color"] = "VEC4"
-    if variant.paint is Paint.IMAGE:
-        attributes["uv"] = varyings["vertex_uv"] = "VEC2"
-    if variant.relief:
-        attributes |= {"relief_uv": "VEC2", "tangent": "VEC4"}
-        varyings |= {"vertex_relief_uv": "VEC2", "object_normal": "VEC3", "object_tangent": "VEC4"}
-    samplers = {"shadow_map": light.shadows, "color_image": variant.paint is Paint.IMAGE, "relief_image": bool(variant.relief)}
-    turned = _file("turned")
-    blocks = {"view": "View", "material": "Material", "lamps": "Lamps"} | ({"shadows": "Shadows"} if light.shadows else {})
-    return Program(
-        "true_diffuse_surface",
-        "\n".join((*lines, turned, _file("surface_vertex"))),
-        "\n".join((*lines, turned * bool(variant.relief), comment, functions, source(*stems), law.more, _file("surface_fragment"))),
-        attributes,
-        varyings,
-        {"object_matrix": "MAT4", "orientation": "FLOAT"} | ({"object_number": "INT"} if variant.scatters else {}),
-        dict.fromkeys((name for name, is_used in samplers.items() if is_used), "FLOAT_2D"),
-        blocks,
-        ("out_radiance", *(("out_entering", "out_distance", "out_tint") if variant.scattering else ())),
-        f"struct Lamp {{{members}}};\n",
-    )
-
-
-def shadow() -> Program:
-    """Return the program that draws how far from a lamp surfaces are."""
-    return Program(
-        "true_diffuse_shadow",
-        "void main() { gl_Position = matrix * vec4(position, 1.0); }",
-        _file("shadow_fragment"),
-        {"position": "VEC3", "normal": "VEC3"},
-        constants={"matrix": "MAT4"},  # from the object to the lamp's clip space: there is room for two, but Blender takes some
-    )
-
-
-def whole(
-    name: str, samplers: Mapping[str, str], constants: Mapping[str, str], stems: tuple[str, ...] = (), **blocks: str
-) -> Program:
-    """Return the program of shaders/realtime/NAME.glsl, which covers the picture; `stems` of shaders/ are included before it."""
-    return Program(
-        f"true_diffuse_{name}",
-        FULLSCREEN_VERTEX_SHADER,
-        "\n".join((source(*stems), _file(name))),
-        {"position": "VEC2"},
-        constants=constants,
-        samplers=samplers,
-        blocks=blocks,
-    )
-
-
-def structs(program: Program) -> str:
-    """Return the declarations of the structs that `program`'s blocks are made of, for std140: vectors and matrices of four."""
-    return program.types + "".join(f"struct {kind} {{ {STRUCTS[kind]} }};\n" for kind in program.blocks.values())
-
-
-def declared(program: Program) -> tuple[str, str]:
-    """Return `program`'s vertex and fragment shader with all declarations, for OpenGL 3.3."""
-    common = "#version 330\n" + structs(program)
-    common += "".join(f"layout(std140) uniform {name}_block {{ {kind} {name}; }};\n" for name, kind in program.blocks.items())
-    common += "".join(f"uniform {TYPES[kind]} {name};\n" for name, kind in program.constants.items())
-    common += "".join(f"uniform sampler2D {name};\n" for name in program.samplers)
-
-    def through(direction: str, names: Mapping[str, str]) -> str:
-        return "".join(f"{direction} {TYPES[kind]} {name};\n" for name, kind in names.items())
-
-    outputs = "".join(f"layout(location = {place}) out vec4 {name};\n" for place, name in enumerate(program.outputs))
-    vertex = common + through("in", program.attributes) + through("out", program.varyings) + program.vertex
-    return vertex, common + through("in", program.varyings) + outputs + program.fragment

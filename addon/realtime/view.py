@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a picture is seen through: the projection of all of it, of a part of it, and of one sample of every pixel."""
+"""A camera's projection of a picture, of a rectangle of it, and of one sample of every pixel."""
 
 import math
 from dataclasses import dataclass, replace
 
 from mathutils import Matrix, Vector
 
-from . import blocks
+from . import uniforms
 
 BLACKMAN_HARRIS = (0.35875, -0.48829, 0.14128, -0.01168)  # Blackman and Harris's window, as cosines of multiples of its angle
 
@@ -15,7 +15,7 @@ BLACKMAN_HARRIS = (0.35875, -0.48829, 0.14128, -0.01168)  # Blackman and Harris'
 class View:
     """A camera. `projection` takes a point of the world to the clip space of `width` x `height` pixels.
 
-    `eye` is its place [m] in perspective, the direction towards it in a parallel one.
+    `eye` is its position [m] in perspective, and the unit vector towards it in a parallel projection.
     """
 
     projection: Matrix
@@ -24,56 +24,56 @@ class View:
     width: int
     height: int
 
-    def part(self, x: int, y: int, width: int, height: int) -> "View":
-        """Return the view of a rectangle of the picture in pixels, `x`, `y` its corner at the bottom left."""
-        wide, high = self.width / width, self.height / height
-        right, up = wide - 1.0 - 2.0 * x / width, high - 1.0 - 2.0 * y / height
-        crop = Matrix(((wide, 0.0, 0.0, right), (0.0, high, 0.0, up), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
+    def cropped(self, x: int, y: int, width: int, height: int) -> "View":
+        """Return the view of a rectangle of the picture in pixels; `x`, `y` is its corner at the bottom left."""
+        scale_x, scale_y = self.width / width, self.height / height
+        right, up = scale_x - 1.0 - 2.0 * x / width, scale_y - 1.0 - 2.0 * y / height
+        crop = Matrix(((scale_x, 0.0, 0.0, right), (0.0, scale_y, 0.0, up), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
         return replace(self, projection=crop @ self.projection, width=width, height=height)
 
     def shifted(self, x: float, y: float) -> "View":
-        """Return the view whose pixels' centers are where this one has what is `x`, `y` pixels right of and above them."""
+        """Return the view with each pixel's center moved by `x` pixels to the right and `y` upwards."""
         shift = Matrix.Translation((-2.0 * x / self.width, -2.0 * y / self.height, 0.0))
         return replace(self, projection=shift @ self.projection)
 
     @property
     def is_mirrored(self) -> bool:
-        """Whether it shows the world as in a mirror, as a camera of a negative scale does."""
-        return self.projection.determinant() > 0.0  # the clip space is left-handed
+        """Whether the picture is mirrored, as that of a camera with a negative scale is."""
+        return self.projection.determinant() > 0.0  # clip space is left-handed
 
     def pixel_size(self) -> tuple[float, float]:
-        """Return what a pixel covers across and along [m], at a depth of 1 m or, in a parallel projection, anywhere."""
-        right, up, _, ahead = (row.to_3d() for row in self.projection)  # `ahead` is a unit vector, or 0
-        across, along = (2.0 / max((row - row.dot(ahead) * ahead).length, 1e-30) for row in (right, up))
-        return across / self.width, along / self.height
+        """Return the width and height of a pixel [m], at a depth of 1 m or, in a parallel projection, anywhere."""
+        right, up, _, forward = (row.to_3d() for row in self.projection)  # `forward` is a unit vector, or 0
+        x, y = (2.0 / max((row - row.dot(forward) * forward).length, 1e-30) for row in (right, up))
+        return x / self.width, y / self.height
 
-    def packed(self, world: tuple[float, float, float]) -> bytes:
-        """Return the struct View of program.py, with the world's radiance [W/(m^2 sr)]."""
-        return blocks.view(self.projection, self.eye, self.is_perspective, world)
-
-
-def eye_at(place: Matrix, is_perspective: bool) -> Vector:
-    """Return the eye of a View, of a camera that stands at `place` and looks along its -z axis."""
-    return place.translation.copy() if is_perspective else (place.to_3x3() @ Vector((0.0, 0.0, 1.0))).normalized()
+    def to_bytes(self, world: tuple[float, float, float]) -> bytes:
+        """Return the struct View of program.py; `world` is the world's radiance [W/(m^2 sr)]."""
+        return uniforms.view_to_bytes(self.projection, self.eye, self.is_perspective, world)
 
 
-def offset(sample: int, size: float) -> tuple[float, float]:
-    """Return where a sample is taken, right of and above the pixel's center [pixels], in a filter `size` pixels wide.
+def eye_of(matrix: Matrix, is_perspective: bool) -> Vector:
+    """Return View.eye for a camera placed by `matrix`, which looks along its -z axis."""
+    return matrix.translation.copy() if is_perspective else (matrix.to_3x3() @ Vector((0.0, 0.0, 1.0))).normalized()
 
-    The first is the center's; the rest follow the additive recurrence of the plastic number, which fills a square evenly
-    (M. Roberts, 2018), with the density of Blackman and Harris's window, so that all count alike.
+
+def sample_offset(sample: int, size: float) -> tuple[float, float]:
+    """Return the offset of a sample to the right of and above the pixel's center [pixels], for a filter `size` pixels wide.
+
+    The first sample is at the center. The others follow the additive recurrence of the plastic number, which fills a square evenly
+    (M. Roberts, 2018), with the density of Blackman and Harris's window, so that all samples have the same weight.
     """
-    x, y = (_windowed((0.5 + sample * step) % 1.0) for step in (0.7548776662466927, 0.5698402909980532))
+    x, y = (_warped((0.5 + sample * step) % 1.0) for step in (0.7548776662466927, 0.5698402909980532))
     return x * size, y * size
 
 
-def _windowed(share: float) -> float:
-    """Return the place in Blackman and Harris's window, -0.5 to 0.5, below which `share` of it lies."""
+def _warped(fraction: float) -> float:
+    """Return the position in Blackman and Harris's window, -0.5 to 0.5, below which `fraction` of its area lies."""
     constant, *terms = BLACKMAN_HARRIS
     low, high = -0.5, 0.5
-    for _ in range(30):  # halves, to 1e-9
-        at = (low + high) / 2.0
-        turns = [2.0 * math.pi * k for k in range(1, len(terms) + 1)]
-        waves = sum(term * math.sin(turn * (at + 0.5)) / turn for term, turn in zip(terms, turns, strict=True))
-        low, high = (at, high) if (at + 0.5) + waves / constant < share else (low, at)
+    for _ in range(30):  # bisection, to 1e-9
+        middle = (low + high) / 2.0
+        frequencies = [2.0 * math.pi * k for k in range(1, len(terms) + 1)]
+        waves = sum(term * math.sin(f * (middle + 0.5)) / f for term, f in zip(terms, frequencies, strict=True))
+        low, high = (middle, high) if (middle + 0.5) + waves / constant < fraction else (low, middle)
     return (low + high) / 2.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A viewport of the realtime engine: draws one more sample each time until there are enough."""
+"""A viewport of the realtime engine: each redraw adds a sample until there are enough."""
 
 from functools import partial
 
@@ -7,94 +7,101 @@ import bpy
 
 from mathutils import Vector
 
-from .contents import Contents
-from .drawing import Painter, Refused
-from .final import background, failed
-from .view import View, eye_at
+from .final import background, failure_message
+from .renderer import DriverError, Renderer
+from .scene_cache import SceneCache
+from .view import View, eye_of
 
 
 class Viewport:
     """What an engine keeps for a viewport."""
 
     def __init__(self) -> None:
-        self._contents: Contents | None = None
-        self._painter: Painter | None = None
-        self._is_sent = False  # what has changed, to the driver
+        self._cache: SceneCache | None = None
+        self._renderer: Renderer | None = None
+        self._is_sent = False  # whether the driver has all that changed
         self._view: View | None = None
-        self._sample = 0  # how many the picture of `_view` has
-        self._refused_size: tuple[int, int] | None = None  # for which the driver refuses something
+        self._sample = 0  # the number of samples in the picture of `_view`
+        self._failed_size: tuple[int, int] | None = None  # for which the driver refused something
 
     def update(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
-        """Read what changed."""
-        self._view = self._refused_size = None
+        """Read what changed in the scene; a failure is reported by `engine`."""
+        self._view = self._failed_size = None
         self._is_sent = False
         try:
-            if self._contents is None:
-                self._contents = Contents()
+            if self._cache is None:
+                self._cache = SceneCache()
             space = context.space_data
-            self._contents.update(depsgraph, lambda item: item.original.visible_in_viewport_get(space))
+            self._cache.update(depsgraph, lambda item: item.original.visible_in_viewport_get(space))
         except Exception as error:
-            self._contents = self._painter = None
-            self._refuse(engine, failed(error))
+            self._cache = self._renderer = None
+            self._report(engine, failure_message(error))
 
     def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, scene: bpy.types.Scene) -> None:
-        """Draw one more sample, and all so far into the window; ask for the next."""
-        if self._contents is None:
+        """Add a sample, draw the picture so far into the window and ask for the next redraw; a failure is reported by `engine`."""
+        if self._cache is None:
             return
         size = (0, 0)
         try:
-            whole = _window(context)
-            x, y, width, height = _border(context, scene, whole)
+            window = _window_view(context)
+            x, y, width, height = _border(context, scene, window)
             size = (width, height)
-            if min(size) <= 0 or self._refused_size == size:
+            if min(size) <= 0 or self._failed_size == size:
                 return
-            if self._painter is None:
-                self._painter = Painter(self._contents)
-            if not self._is_sent:  # here, as Blender may have no graphics context while it updates
-                self._painter.refresh()
+            if self._renderer is None:
+                self._renderer = Renderer(self._cache)
+            if not self._is_sent:  # not in `update`, where Blender may have no graphics context
+                self._renderer.refresh()
                 self._is_sent = True
-            self._draw(engine, scene, self._painter, whole.part(x, y, width, height), (x, y))
-            if self._sample < scene.true_diffuse.viewport_samples:  # what asks for it while it is drawn is not heard
+            self._draw(engine, scene, self._renderer, window.cropped(x, y, width, height), (x, y))
+            if self._sample < scene.true_diffuse.viewport_samples:  # later, as Blender ignores a request during a redraw
                 bpy.app.timers.register(partial(redraw, context.area.as_pointer()))
-        except Refused as error:  # another size may do
-            self._refused_size = size
-            self._refuse(engine, str(error))
-        except Exception as error:  # nothing is drawn until something changes, then all anew
-            self._contents = self._painter = None
-            self._refuse(engine, failed(error))
+        except DriverError as error:  # another size may do
+            self._failed_size = size
+            self._report(engine, str(error))
+        except Exception as error:  # nothing is drawn until the scene changes; then all is read again
+            self._cache = self._renderer = None
+            self._report(engine, failure_message(error))
 
-    def _refuse(self, engine: bpy.types.RenderEngine, message: str) -> None:
-        """Say in the viewport why nothing is drawn, and report it."""
+    def _report(self, engine: bpy.types.RenderEngine, message: str) -> None:
+        """Say in the viewport and in a report why nothing is drawn."""
         self._view = None
         engine.update_stats(engine.bl_label, message)
         engine.report({"ERROR"}, message)
 
     def _draw(
-        self, engine: bpy.types.RenderEngine, scene: bpy.types.Scene, painter: Painter, view: View, corner: tuple[int, int]
+        self, engine: bpy.types.RenderEngine, scene: bpy.types.Scene, renderer: Renderer, view: View, corner: tuple[int, int]
     ) -> None:
-        """Draw what `view` sees of it, its lower left corner at `corner` of the window [pixels]."""
+        """Add a sample to the picture of `view`, whose lower left corner is at `corner` of the window [pixels], and draw it."""
         if view != self._view:
-            painter.begin(view)
+            renderer.begin(view)
             self._view, self._sample = view, 0
         if self._sample < scene.true_diffuse.viewport_samples:
-            painter.add(view, self._sample, scene.render.filter_size, background(scene, painter.contents))
+            renderer.add(view, self._sample, scene.render.filter_size, background(scene, renderer.cache))
             self._sample += 1
-        painter.show_blended(*corner)  # Blender applies the view transform
-        engine.update_stats(f"Sample {self._sample}", "; ".join((*painter.contents.notes, *painter.notes)))
+        renderer.show_blended(*corner)  # Blender applies the view transform
+        engine.update_stats(f"Sample {self._sample}", "; ".join((*renderer.cache.warnings, *renderer.warnings)))
 
 
-def _window(context: bpy.types.Context) -> View:
-    """Return the view of a viewport."""
+def redraw(area: int) -> None:
+    """Draw a viewport again unless it is closed; `area` is the address of its area."""
+    for window in bpy.context.window_manager.windows:
+        for open_area in window.screen.areas:
+            if open_area.as_pointer() == area:
+                open_area.tag_redraw()
+
+
+def _window_view(context: bpy.types.Context) -> View:
+    """Return the view of a whole viewport."""
     region, view = context.region, context.region_data
-    place = view.view_matrix.inverted_safe()
-    eye = eye_at(place, view.is_perspective)
+    eye = eye_of(view.view_matrix.inverted_safe(), view.is_perspective)
     return View(view.perspective_matrix.copy(), eye, view.is_perspective, region.width, region.height)
 
 
 def _border(context: bpy.types.Context, scene: bpy.types.Scene, view: View) -> tuple[int, int, int, int]:
-    """Return the corner, width and height of what of a viewport is drawn, in pixels; none of it may be left.
+    """Return the left, bottom, width and height of the drawn rectangle of a viewport [pixels]; a size of 0 or less if it is empty.
 
-    That is inside its render border or, through a camera, inside that of the scene in the camera's frame.
+    The rectangle is that of the viewport's render border or, through a camera, of the scene's border in the camera's frame.
     """
     space, settings = context.space_data, scene.render
     low, high = Vector((0.0, 0.0)), Vector((view.width, view.height))
@@ -104,7 +111,7 @@ def _border(context: bpy.types.Context, scene: bpy.types.Scene, view: View) -> t
             to_window = view.projection @ camera.matrix_world.normalized()
             frame = [to_window @ corner.to_4d() for corner in camera.data.view_frame(scene=scene)]
             pixels = [Vector(((clip.x / clip.w + 1.0) * view.width, (clip.y / clip.w + 1.0) * view.height)) / 2.0 for clip in frame]
-            corner, size = pixels[2], pixels[0] - pixels[2]  # at the bottom left; to the top right
+            corner, size = pixels[2], pixels[0] - pixels[2]  # the bottom left corner; from there to the top right
             low = corner + size * Vector((settings.border_min_x, settings.border_min_y))
             high = corner + size * Vector((settings.border_max_x, settings.border_max_y))
     elif space.use_render_border:
@@ -118,11 +125,3 @@ def _border(context: bpy.types.Context, scene: bpy.types.Scene, view: View) -> t
     left, bottom = (max(0, round(start)) for start in low)
     right, top = (min(size, round(end)) for size, end in zip((view.width, view.height), high, strict=True))
     return left, bottom, right - left, top - bottom
-
-
-def redraw(area: int) -> None:
-    """Draw a viewport again, unless it is gone: `area` is where it was in memory."""
-    for window in bpy.context.window_manager.windows:
-        for shown in window.screen.areas:
-            if shown.as_pointer() == area:
-                shown.tag_redraw()

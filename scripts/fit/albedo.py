@@ -173,7 +173,7 @@ def main() -> int:
     fits: dict[str, Callable[[], Fitted]] = {
         "directional_albedo.glsl, f of oren_nayar_1994_albedo": fit_facets,
         "directional_albedo.glsl, h of blinn_phong_albedo": lambda: Fitted(BELOW, highlight_error(BELOW)),
-        "coat.glsl, coat_kept": fit_mirrored,
+        "coat.glsl, coat_single_albedo": fit_mirrored,
     }
     for name, fit in fits.items():
         print(f"{name}: {shown(fit())}")

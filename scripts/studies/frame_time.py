@@ -18,9 +18,9 @@ from mathutils import Vector
 
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.models import Specular
-from true_diffuse.addon.realtime.contents import BLACK, Contents
-from true_diffuse.addon.realtime.drawing import CLEAR, Painter
 from true_diffuse.addon.realtime.laws import LAWS, SPECULAR, Law
+from true_diffuse.addon.realtime.renderer import TRANSPARENT, Renderer
+from true_diffuse.addon.realtime.scene_cache import BLACK, SceneCache
 from true_diffuse.addon.realtime.view import View
 from true_diffuse.scenes import five_characters
 from true_diffuse.scripts.studies.formulations import FORMS, law
@@ -93,10 +93,10 @@ class Characters:
     def prepare(self, setting: Setting) -> Record:
         """As `Drawing` has it."""
         self._read(setting.triangles, setting.pixels)
-        key = self._contents.lamps[0]
+        key = self._cache.lights[0]
         towards = [tuple(Vector(one).normalized()) for one in SUNS[: setting.lights]]
-        self._contents.lamps = [replace(key, towards=one, casts=False) for one in towards]
-        self._contents.world = BLACK
+        self._cache.lights = [replace(key, axis=one, casts_shadow=False) for one in towards]
+        self._cache.world = BLACK
         return self._size()
 
     def prepare_as_built(self) -> Record:
@@ -107,24 +107,24 @@ class Characters:
     def frame(self, law: Law) -> Times:
         """As `Drawing` has it. Processor time of all threads is the work of a driver that draws there."""
         shape = law.fold(INPUTS)
-        self._contents.looks = {uid: replace(look, law=law, shape=shape) for uid, look in self._looks.items()}
-        painter = self._painter
-        painter.refresh()
-        for _ in painter.compile():
+        self._cache.materials = {uid: replace(material, law=law, shape=shape) for uid, material in self._materials.items()}
+        renderer = self._renderer
+        renderer.refresh()
+        for _ in renderer.compile():
             pass
-        painter.begin(self._view)  # draws the shadow maps, which stay while nothing moves
+        renderer.begin(self._view)  # draws the shadow maps, which stay while nothing moves
         self._wait()
         wall, processor = time.perf_counter(), time.process_time()
-        painter.begin(self._view)
-        painter.add(self._view, 0, 0.0, CLEAR)
+        renderer.begin(self._view)
+        renderer.add(self._view, 0, 0.0, TRANSPARENT)
         with self._finished.bind():
-            painter.show()
+            renderer.show()
         self._wait()
         return {"readback": time.perf_counter() - wall, "processor": time.process_time() - processor}
 
     def pixels(self) -> Sequence[float]:
         """Return the last frame: red, green, blue, alpha of each pixel, rows from the bottom."""
-        return self._painter.read()
+        return self._renderer.read()
 
     def _wait(self) -> None:
         """Wait until everything that was drawn is there."""
@@ -139,15 +139,15 @@ class Characters:
                 character.subject.data = self._mesh(detail)
         layer = self.five.scene.view_layers[0]
         layer.update()
-        self._contents = Contents()
-        self._contents.update(layer.depsgraph)
-        self._looks = dict(self._contents.looks)
+        self._cache = SceneCache()
+        self._cache.update(layer.depsgraph)
+        self._materials = dict(self._cache.materials)
         width, height = (round(length * math.sqrt(share)) for length in self._resolution)
         camera = self.five.scene.camera.evaluated_get(layer.depsgraph)
         projection = camera.calc_matrix_camera(layer.depsgraph, x=width, y=height)
         place = camera.matrix_world
         self._view = View(projection @ place.inverted(), place.translation.copy(), True, width, height)
-        self._painter = Painter(self._contents)
+        self._renderer = Renderer(self._cache)
 
     def _mesh(self, detail: float) -> bpy.types.Mesh:
         """Return the character with `detail` times its triangles: decimated for fewer, each cut into four for more."""
@@ -170,7 +170,7 @@ class Characters:
         return self._meshes[detail]
 
     def _size(self) -> Record:
-        triangles = sum(part.mesh.triangles for part in self._contents.parts)
+        triangles = sum(item.mesh.triangles for item in self._cache.items)
         return {"width": self._view.width, "height": self._view.height, "triangles": triangles}
 
 

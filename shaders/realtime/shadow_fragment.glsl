@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far a surface is from a lamp: from a spot along its axis [m], as depths in its clip space crowd near 1; from a sun, whose
-// depths are even, as in the clip space.
+// The distance of a surface from a light. For a spot it is the distance along its axis [m], as depths in its clip space crowd near 1;
+// for a sun, whose depths are even, it is the depth in clip space.
 
 void main()
 {

@@ -1,67 +1,72 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One pixel of a surface under all lamps. SURFACE, RADIANCE and ALBEDO(mu) are the material's model, the first of it what all lamps
-// have in common; KIND(lamp) is a lamp's kind. Whatever else is defined, the scene and the material need: SUN, POINT, SPOT, AREA
-// (the kind's number), SHADOWS, AMBIENT, COAT, SCATTERS, COLOR_ATTRIBUTE, COLOR_IMAGE, NORMAL_MAP; SCATTERING where any material
-// of the scene scatters, as all then write what that needs.
+// One pixel of a surface under all lights. addon/realtime/program.py defines before it
+//     SURFACE, RADIANCE, ALBEDO(mu)   the material's model: a statement before the loop over lights, its radiance for one, its ambient
+//     LIGHT_TYPE(light)               a light's type
+// and, where the scene or the material needs them,
+//     SUN, POINT, SPOT, AREA          the types' numbers
+//     SHADOWS, AMBIENT, COAT, COLOR_ATTRIBUTE, COLOR_IMAGE, NORMAL_MAP
+//     SUBSURFACE                      the material scatters light below its surface
+//     SUBSURFACE_IN_SCENE             some material does, so that all write the outputs that subsurface_gather.glsl reads
 
 #ifdef SHADOWS
-// Returns the share of a lamp's light that reaches the point: of the 3x3 texels around it, those that see nothing nearer.
-float light_share(int k, vec3 position, vec3 n)
+// Returns the fraction of a light that reaches the point: percentage-closer filtering of the 3x3 texels around it.
+float light_visibility(int k, vec3 position, vec3 n)
 {
     vec4 tile = shadows.tile[k];
-    if (tile.z == 0.0) { // this lamp casts none
+    if (tile.z == 0.0) { // this light casts no shadows
         return 1.0;
     }
-    // Off the surface by as much as its plane comes nearer to the lamp within the texels asked, so that it does not shade itself.
-    float along = dot(n, lamps.lamp[k].axis.xyz);
-    float slope = sqrt(max(0.0, 1.0 - along * along));
+    // Moved off the surface by as much as its plane rises towards the light within the filter, so that it does not shadow itself.
+    float cosine = dot(n, lights.light[k].axis.xyz);
+    float sine = sqrt(max(0.0, 1.0 - cosine * cosine));
     float texel = shadows.texel[k].x * (shadows.matrix[k] * vec4(position, 1.0)).w;
-    vec4 place = shadows.matrix[k] * vec4(position + n * (texel * (0.5 + 2.5 * slope)), 1.0);
-    vec3 at = place.xyz / place.w;
-    if (place.w <= 0.0 || any(greaterThan(abs(at), vec3(1.0)))) {
+    vec4 clip = shadows.matrix[k] * vec4(position + n * (texel * (0.5 + 2.5 * sine)), 1.0);
+    vec3 point = clip.xyz / clip.w;
+    if (clip.w <= 0.0 || any(greaterThan(abs(point), vec3(1.0)))) {
         return 1.0;
     }
-    float far = at.z; // as shadow_fragment.glsl has it
+    float depth = point.z; // as in shadow_fragment.glsl
 #ifdef SPOT
-    far = KIND(lamps.lamp[k]) == SPOT ? place.w : far;
+    depth = LIGHT_TYPE(lights.light[k]) == SPOT ? clip.w : depth;
 #endif
-    vec2 texels = (at.xy * 0.5 + 0.5) * tile.z - 0.5;
+    vec2 texels = (point.xy * 0.5 + 0.5) * tile.z - 0.5;
     ivec2 corner = ivec2(floor(texels));
-    vec2 part = texels - vec2(corner);
+    vec2 rest = texels - vec2(corner);
     ivec2 low = ivec2(tile.xy), high = ivec2(tile.xy + tile.z) - 1;
-    float share = 0.0;
+    float visibility = 0.0;
     for (int x = -1; x <= 2; x++) {
         for (int y = -1; y <= 2; y++) {
             // a box of 3x3 texels around the point weighs the four by four that it touches
-            vec2 weight = vec2(x == -1 ? 1.0 - part.x : x == 2 ? part.x : 1.0, y == -1 ? 1.0 - part.y : y == 2 ? part.y : 1.0);
+            vec2 weight = vec2(x == -1 ? 1.0 - rest.x : x == 2 ? rest.x : 1.0, y == -1 ? 1.0 - rest.y : y == 2 ? rest.y : 1.0);
             float nearest = texelFetch(shadow_map, clamp(low + corner + ivec2(x, y), low, high), 0).x;
-            share += weight.x * weight.y * (far <= nearest ? 1.0 : 0.0);
+            visibility += weight.x * weight.y * (depth <= nearest ? 1.0 : 0.0);
         }
     }
-    return share / 9.0;
+    return visibility / 9.0;
 }
 #endif
 
-vec3 lamp_irradiance(Lamp lamp, vec3 position, out vec3 l)
+// Returns E0 of a light [W/m^2], without shadows; l: the unit vector towards it.
+vec3 light_irradiance(Light light, vec3 position, out vec3 l)
 {
 #ifdef SUN
-    if (KIND(lamp) == SUN) {
-        return sun_irradiance(lamp, l);
+    if (LIGHT_TYPE(light) == SUN) {
+        return sun_irradiance(light, l);
     }
 #endif
 #ifdef POINT
-    if (KIND(lamp) == POINT) {
-        return point_irradiance(lamp, position, l);
+    if (LIGHT_TYPE(light) == POINT) {
+        return point_irradiance(light, position, l);
     }
 #endif
 #ifdef SPOT
-    if (KIND(lamp) == SPOT) {
-        return spot_irradiance(lamp, position, l);
+    if (LIGHT_TYPE(light) == SPOT) {
+        return spot_irradiance(light, position, l);
     }
 #endif
 #ifdef AREA
-    if (KIND(lamp) == AREA) {
-        return area_irradiance(lamp, position, l);
+    if (LIGHT_TYPE(light) == AREA) {
+        return area_irradiance(light, position, l);
     }
 #endif
     l = vec3(0.0);
@@ -69,21 +74,22 @@ vec3 lamp_irradiance(Lamp lamp, vec3 position, out vec3 l)
 }
 
 #ifdef NORMAL_MAP
-// Returns the world's normal that the map says, in the frame of the object's interpolated normal n, tangent t and w (n x t), which
-// are left as long as they come out, as MikkTSpace asks for.
+// Returns the normal map's normal in the world. It is relative to the object's interpolated normal n, tangent t and w (n x t), which
+// keep the lengths that interpolation gives them, as MikkTSpace requires.
 vec3 mapped_normal()
 {
-    vec3 at = texture(relief_image, vertex_relief_uv).xyz * 2.0 - 1.0;
+    vec3 tangent_space = texture(normal_image, vertex_normal_uv).xyz * 2.0 - 1.0;
     vec2 strength = vec2(material.color.w, material.coat.w);
-    at = vec3(at.xy * strength, mix(1.0, at.z, clamp(strength.x, 0.0, 1.0)));
+    tangent_space = vec3(tangent_space.xy * strength, mix(1.0, tangent_space.z, clamp(strength.x, 0.0, 1.0)));
     vec3 bitangent = object_tangent.w * cross(object_normal, object_tangent.xyz);
-    vec3 mapped = turned(at.x * object_tangent.xyz + at.y * bitangent + at.z * object_normal);
-    return object_tangent.w != 0.0 && dot(mapped, mapped) > 0.0 ? mapped : world_normal; // 0 where there is no UV map
+    vec3 mapped = transform_normal(
+        tangent_space.x * object_tangent.xyz + tangent_space.y * bitangent + tangent_space.z * object_normal);
+    return object_tangent.w != 0.0 && dot(mapped, mapped) > 0.0 ? mapped : world_normal; // w is 0 where there is no UV map
 }
 #endif
 
-// Returns a unit normal of the side that is seen.
-vec3 seen_normal(vec3 normal)
+// Returns the unit normal of the visible side.
+vec3 visible_normal(vec3 normal)
 {
     return gl_FrontFacing == (orientation > 0.0) ? normalize(normal) : -normalize(normal);
 }
@@ -91,13 +97,13 @@ vec3 seen_normal(vec3 normal)
 void main()
 {
     vec3 v = view.camera.w == 0.0 ? view.camera.xyz : normalize(view.camera.xyz - world_position);
-    vec3 plain = seen_normal(world_normal), n = plain;
+    vec3 unmapped = visible_normal(world_normal), n = unmapped;
 #ifdef NORMAL_MAP
-    n = seen_normal(mapped_normal());
+    n = visible_normal(mapped_normal());
 #endif
-    float below = dot(n, v);
-    if (below < 1e-4) { // a normal within a face may look away from the viewer, who then is taken to be at its horizon
-        v = normalize(v + n * (1e-4 - below));
+    float n_dot_v = dot(n, v);
+    if (n_dot_v < 1e-4) { // an interpolated normal may face away from the viewer, who then is moved to its horizon
+        v = normalize(v + n * (1e-4 - n_dot_v));
     }
     vec3 albedo = material.color.rgb;
 #ifdef COLOR_ATTRIBUTE
@@ -109,26 +115,26 @@ void main()
     SURFACE
     vec3 radiance = vec3(0.0);
 #ifdef COAT
-    CoatSurface coated = coat_surface(n, v, material.coat.y);
-    vec3 mirrored = vec3(0.0);
+    CoatSurface coat_layer = coat_surface(n, v, material.coat.y);
+    vec3 coat_radiance = vec3(0.0);
 #endif
-#ifdef SCATTERS
+#ifdef SUBSURFACE
     vec3 entering = vec3(0.0); // irradiance of the surface [W/m^2]
 #endif
-    for (int k = 0; k < lamps.count.x; k++) {
+    for (int k = 0; k < lights.count.x; k++) {
         vec3 l;
-        vec3 irradiance = lamp_irradiance(lamps.lamp[k], world_position, l);
+        vec3 irradiance = light_irradiance(lights.light[k], world_position, l);
 #ifdef SHADOWS
-        irradiance *= light_share(k, world_position, plain);
+        irradiance *= light_visibility(k, world_position, unmapped);
 #endif
 #ifdef NORMAL_MAP
-        irradiance *= step(0.0, dot(plain, l)); // nothing comes through the surface
+        irradiance *= step(0.0, dot(unmapped, l)); // no light comes through the surface
 #endif
         radiance += irradiance * (RADIANCE);
 #ifdef COAT
-        mirrored += irradiance * coat_highlight(coated, l);
+        coat_radiance += irradiance * coat_highlight(coat_layer, l);
 #endif
-#ifdef SCATTERS
+#ifdef SUBSURFACE
         entering += irradiance * max(dot(n, l), 0.0);
 #endif
     }
@@ -138,9 +144,9 @@ void main()
 #ifdef AMBIENT
     radiance += view.world.rgb * (ALBEDO(mu));
 #ifdef COAT
-    mirrored += view.world.rgb;
+    coat_radiance += view.world.rgb;
 #endif
-#ifdef SCATTERS
+#ifdef SUBSURFACE
     entering += 3.14159265358979 * view.world.rgb;
 #endif
 #endif
@@ -149,19 +155,19 @@ void main()
 #else
     const float coat = 0.0;
 #endif
-#ifdef SCATTERS
-    float share = material.scattering.w * (1.0 - coat); // of the light, scattered below the surface
+#ifdef SUBSURFACE
+    float weight = material.scattering.w * (1.0 - coat); // the fraction of the light that scatters below the surface
     radiance *= 1.0 - material.scattering.w;
     out_entering = vec4(entering, float(object_number));
     float depth = view.camera.w == 0.0 ? -dot(view.camera.xyz, world_position) : 1.0 / gl_FragCoord.w;
     out_distance = vec4(burley_d(albedo, material.scattering.rgb), depth); // depth [m] along the camera's axis
-    out_tint = vec4(albedo * (share / 3.14159265358979), 1.0);
-#elif defined(SCATTERING)
+    out_tint = vec4(albedo * (weight / 3.14159265358979), 1.0);
+#elif defined(SUBSURFACE_IN_SCENE)
     out_entering = out_distance = out_tint = vec4(0.0);
 #endif
     radiance *= 1.0 - coat;
 #ifdef COAT
-    radiance += coat * mirrored;
+    radiance += coat * coat_radiance;
 #endif
     out_radiance = vec4(radiance, 1.0);
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A mesh in the world.
+// A mesh's vertices, transformed to the world and to clip space.
 
 void main()
 {
     vec4 world = object_matrix * vec4(position, 1.0);
     world_position = world.xyz;
-    world_normal = turned(normal);
+    world_normal = transform_normal(normal);
 #ifdef COLOR_ATTRIBUTE
     vertex_color = color;
 #endif
@@ -13,7 +13,7 @@ void main()
     vertex_uv = uv;
 #endif
 #ifdef NORMAL_MAP
-    vertex_relief_uv = relief_uv;
+    vertex_normal_uv = normal_uv;
     object_normal = normal;
     object_tangent = tangent;
 #endif

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Returns a normal of the object in the world, of some length. The cofactors of a matrix turn normals as its inverse transpose does,
-// and are there for any matrix; its scale is taken out before, as their squares are no numbers of 32 bits otherwise where that is
-// 1e-10 or 1e10.
-vec3 turned(vec3 normal)
+// Returns an object's normal in the world, of any length. The cofactors of a matrix transform normals as its inverse transpose does,
+// and exist for any matrix. Its scale is divided out first, as cofactors of a scale of 1e-10 or 1e10 do not fit into 32 bits.
+vec3 transform_normal(vec3 normal)
 {
     vec3 x = object_matrix[0].xyz, y = object_matrix[1].xyz, z = object_matrix[2].xyz;
     vec3 largest = max(max(abs(x), abs(y)), abs(z));

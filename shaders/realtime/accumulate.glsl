@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One sample of the picture over its background, to be added to the others.
+// One sample of the picture over its background; blending adds it to the sum.
 
 void main()
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The samples' sum so far as the picture, whose pixels begin at `corner`.
+// The picture so far: the samples' sum times `weight`, one over their number. Its lower left pixel is at `corner`.
 
 void main()
 {

@@ -14,7 +14,7 @@ from mathutils import Matrix, Vector
 
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.addon.realtime import contents, drawing, extent, laws, meshes, program, shadows
+from true_diffuse.addon.realtime import laws, meshes, program, renderer, scene_bounds, scene_cache, shadows
 from true_diffuse.addon.realtime.view import View
 
 WIDTH, HEIGHT = 48, 32
@@ -70,8 +70,8 @@ class Stage:
         self.materials = [bpy.data.materials[f"Material {k}"] for k in range(3)]
         self.sun = bpy.data.objects["Sun"]
         self.background("Color", (0.0, 0.0, 0.0, 1.0))
-        self.kept = contents.Contents()
-        self.painter = drawing.Painter(self.kept)
+        self.kept = scene_cache.SceneCache()
+        self.renderer = renderer.Renderer(self.kept)
 
     def background(self, socket: str, value: object) -> None:
         self.scene.world.node_tree.nodes["Background"].inputs[socket].default_value = value
@@ -81,7 +81,7 @@ class Stage:
 
     def read(self, scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         self.kept.update(depsgraph)
-        self.painter.refresh()
+        self.renderer.refresh()
 
     def edit(self, change: Callable[[], object]) -> None:
         """Change something, and tell Blender."""
@@ -90,16 +90,16 @@ class Stage:
 
     def assert_as_new(self) -> list[float]:
         """Assert that the picture is that of a viewport which has just been opened; return its pixels' red."""
-        now = contents.Contents()
+        now = scene_cache.SceneCache()
         now.update(bpy.context.evaluated_depsgraph_get())
-        opened = drawing.Painter(now)
+        opened = renderer.Renderer(now)
         opened.refresh()
-        pixels = picture(self.painter)
+        pixels = picture(self.renderer)
         assert pixels == picture(opened)
         return pixels[::4]
 
 
-def picture(painter: drawing.Painter) -> list[float]:
+def picture(painter: renderer.Renderer) -> list[float]:
     painter.begin(ABOVE)
     painter.add(ABOVE, 0, 0.0, BLACK)
     return painter.read().to_list()
@@ -136,9 +136,9 @@ def sent(monkeypatch) -> dict[str, int]:
 
         return counting
 
-    monkeypatch.setattr(contents, "Mesh", counted("meshes", contents.Mesh))
-    monkeypatch.setattr(drawing, "_block", counted("blocks", drawing._block))
-    monkeypatch.setattr(drawing, "compiled", counted("programs", drawing.compiled))
+    monkeypatch.setattr(scene_cache, "Mesh", counted("meshes", scene_cache.Mesh))
+    monkeypatch.setattr(renderer, "_uniform_buffer", counted("blocks", renderer._uniform_buffer))
+    monkeypatch.setattr(renderer, "compile_program", counted("programs", renderer.compile_program))
     return counts
 
 
@@ -350,13 +350,13 @@ EDITS = {
 @pytest.mark.render
 @pytest.mark.parametrize("change", EDITS, ids=lambda change: change.__name__)
 def test_edit_reads_what_changed_alone(stage: Stage, sent: dict[str, int], change: Callable[[Stage], None]) -> None:
-    before = {part.mesh for part in stage.kept.parts}
+    before = {part.mesh for part in stage.kept.items}
     stage.assert_as_new()
     sent["meshes"] = 0
     stage.edit(lambda: change(stage))
     if EDITS[change] is not None:
         assert sent["meshes"] == EDITS[change]
-        assert len({part.mesh for part in stage.kept.parts} - before) == EDITS[change]
+        assert len({part.mesh for part in stage.kept.items} - before) == EDITS[change]
     stage.assert_as_new()
 
 
@@ -426,13 +426,13 @@ def test_undone_edits_show_no_more(stage: Stage) -> None:
 @pytest.mark.render
 def test_sigma_is_edited_without_reading_objects_or_compiling(stage: Stage, sent: dict[str, int]) -> None:
     stage.assert_as_new()
-    parts, tiles = stage.kept.parts, stage.painter._shadowed
+    parts, tiles = stage.kept.items, stage.renderer._tiles
     sent.update(dict.fromkeys(sent, 0))
     for k in range(1, 6):
         stage.edit(lambda k=k: setattr(stage.group(1).inputs["Roughness"], "default_value", 0.1 + 0.13 * k))
     # One block of numbers for each value; objects, lamps and shadow maps stay as they are.
     assert sent == {"meshes": 0, "blocks": 5, "programs": 0}
-    assert stage.kept.parts is parts and stage.painter._shadowed is tiles
+    assert stage.kept.items is parts and stage.renderer._tiles is tiles
     stage.assert_as_new()
 
 
@@ -442,8 +442,8 @@ def test_view_that_turns_sends_no_mesh_and_compiles_nothing(stage: Stage, sent: 
     sent.update(dict.fromkeys(sent, 0))
     for k in range(5):
         turned = View(ABOVE.projection @ Matrix.Rotation(0.2 * k, 4, "X"), ABOVE.eye, False, WIDTH, HEIGHT)
-        stage.painter.begin(turned)
-        stage.painter.add(turned, 0, 0.0, BLACK)
+        stage.renderer.begin(turned)
+        stage.renderer.add(turned, 0, 0.0, BLACK)
     assert sent["meshes"] == sent["programs"] == 0
 
 
@@ -457,17 +457,17 @@ class Hull:
         self.hull = hull
 
 
-def boxes(count: int, turn: Matrix) -> list[contents.Part]:
+def boxes(count: int, turn: Matrix) -> list[scene_cache.DrawItem]:
     """Return parts on a lattice 2 apart, turned, each of the 12 triangles of a box."""
     hull = Hull(meshes.box((-0.5, -0.3, -0.1), (0.5, 0.3, 0.1)))
     at = [Matrix.Translation((2.0 * (k % 8), 2.0 * (k // 8 % 8), 2.0 * (k // 64))) for k in range(count)]
-    return [contents.Part(hull, 0, 0, turn @ place, number, True, number % 2 == 0) for number, place in enumerate(at)]
+    return [scene_cache.DrawItem(hull, 0, 0, turn @ place, number, True, number % 2 == 0) for number, place in enumerate(at)]
 
 
 @pytest.mark.parametrize("count", (1, 20, 33, 500))
 def test_extent_holds_all_and_is_small(count: int) -> None:
     parts = boxes(count, Matrix.Rotation(0.4, 4, "Y") @ Matrix.Rotation(0.3, 4, "X"))
-    made = extent.Extent(parts)
+    made = scene_bounds.SceneBounds(parts)
     corners = {part.number: [part.matrix @ Vector(point) for point in set(part.mesh.hull)] for part in parts}
 
     def ranges(points: list[Vector]) -> list[tuple[Vector, Vector]]:
@@ -475,7 +475,7 @@ def test_extent_holds_all_and_is_small(count: int) -> None:
         groups = [list(zip(*points[at : at + 36], strict=True)) for at in range(0, len(points), 36)]
         return [(Vector(map(min, axes)), Vector(map(max, axes))) for axes in groups]
 
-    def hold(found: list[tuple[Vector, Vector]], chosen: list[contents.Part]) -> bool:
+    def hold(found: list[tuple[Vector, Vector]], chosen: list[scene_cache.DrawItem]) -> bool:
         near = 1e-5  # of numbers of 32 bits up to 30
         return all(
             any(all(low[k] - near <= corner[k] <= high[k] + near for k in range(3)) for low, high in found)
@@ -484,13 +484,13 @@ def test_extent_holds_all_and_is_small(count: int) -> None:
         )
 
     everything = View(Matrix.Diagonal((0.01, 0.01, 0.01, 1.0)), Vector((0.0, 0.0, 1.0)), False, WIDTH, HEIGHT)
-    found, casting = ranges(made.seen(everything)), ranges(made.casters)
-    assert hold(found, parts) and hold(casting, [part for part in parts if part.casts])
+    found, casting = ranges(made.visible(everything)), ranges(made.casters)
+    assert hold(found, parts) and hold(casting, [part for part in parts if part.casts_shadow])
     assert len(found) <= 32 and len(casting) <= 32  # as many boxes as can be cut for each view
     assert not hold(found[1:], parts)
     # A part of the picture: within it, and as far as what is there.
     view = View(Matrix.Diagonal((0.5, 0.5, 0.01, 1.0)), Vector((0.0, 0.0, 1.0)), False, WIDTH, HEIGHT)
-    shown = [(view.projection @ corner, corner) for corner in made.seen(view)]
+    shown = [(view.projection @ corner, corner) for corner in made.visible(view)]
     inside = [corner for part in parts for corner in corners[part.number] if max(map(abs, (view.projection @ corner)[:2])) <= 1.0]
     assert shown and all(max(map(abs, clip)) <= 1.0 + 1e-5 for clip, _ in shown)
     for k in range(3):
@@ -501,11 +501,11 @@ def test_extent_holds_all_and_is_small(count: int) -> None:
 @pytest.mark.render
 def test_view_that_turns_asks_no_part_where_it_is(stage: Stage, monkeypatch) -> None:
     stage.assert_as_new()
-    monkeypatch.setattr(drawing, "Extent", None)
+    monkeypatch.setattr(renderer, "SceneBounds", None)
     turned = View(Matrix.Diagonal((3.0, 3.0, 1.0, 1.0)) @ ABOVE.projection, ABOVE.eye, False, WIDTH, HEIGHT)
-    tiles = stage.painter._shadowed
-    stage.painter.begin(turned)
-    assert stage.painter._shadowed != tiles
+    tiles = stage.renderer._tiles
+    stage.renderer.begin(turned)
+    assert stage.renderer._tiles != tiles
     monkeypatch.undo()
 
 
@@ -516,9 +516,9 @@ def variants(law: laws.Law = laws.LAMBERT, kinds: frozenset[str] = frozenset(("S
     """Yield every combination of what a scene and a material may need of a model."""
     scatterings = ((False, False), (False, True), (True, True))
     either = (False, True)
-    for has_shadows, ambient, coat, paint, scattering in product(either, either, either, program.Paint, scatterings):
-        relief = program.Relief.TANGENT if has_shadows != coat else program.Relief.NOTHING  # with each of the others
-        yield program.Variant(law, paint, coat, *scattering, program.Light(kinds, has_shadows, ambient), relief)
+    for has_shadows, ambient, coat, paint, scattering in product(either, either, either, program.ColorInput, scatterings):
+        relief = program.NormalInput.MAP if has_shadows != coat else program.NormalInput.NONE  # with each of the others
+        yield program.Variant(law, paint, coat, *scattering, program.Lighting(kinds, has_shadows, ambient), relief)
 
 
 def chosen(**names: bool) -> set[str]:
@@ -532,29 +532,29 @@ def functions(text: str) -> set[str]:
 def test_what_a_scene_does_not_need_is_not_in_its_shader() -> None:
     """Files of functions, definitions, and what goes in and out; that the rest depends on these alone, the driver says below."""
     for variant in variants():
-        made = program.surface(variant)
-        light, has = variant.light, functions(made.fragment)
+        made = program.surface_program(variant)
+        light, has = variant.lighting, functions(made.fragment)
         assert ("coat_highlight" in has) == variant.coat
-        assert ("burley_d" in has) == variant.scatters
-        assert "lambert_radiance" in has and not {"oren_nayar_radiance", "oren_nayar_albedo", "eon_multiple"} & has
+        assert ("burley_d" in has) == variant.subsurface
+        assert "lambert_radiance" in has and not {"oren_nayar_radiance", "oren_nayar_albedo", "eon_radiance"} & has
         defined = set(re.findall(r"^#define (\w+)$", made.fragment, re.MULTILINE))
         needed = {
             "SHADOWS": light.shadows,
             "AMBIENT": light.ambient,
             "COAT": variant.coat,
-            "SCATTERS": variant.scatters,
-            "SCATTERING": variant.scattering,
-            "COLOR_ATTRIBUTE": variant.paint is program.Paint.ATTRIBUTE,
-            "COLOR_IMAGE": variant.paint is program.Paint.IMAGE,
-            "NORMAL_MAP": bool(variant.relief),
+            "SUBSURFACE": variant.subsurface,
+            "SUBSURFACE_IN_SCENE": variant.subsurface_in_scene,
+            "COLOR_ATTRIBUTE": variant.color_input is program.ColorInput.ATTRIBUTE,
+            "COLOR_IMAGE": variant.color_input is program.ColorInput.IMAGE,
+            "NORMAL_MAP": bool(variant.normal_input),
         }
         assert defined == chosen(**needed)
         assert re.findall(r"^#define (SUN|POINT|SPOT|AREA) ", made.fragment, re.MULTILINE) == ["SUN"]
         mapped = needed["NORMAL_MAP"]
-        assert set(made.samplers) == chosen(shadow_map=light.shadows, color_image=needed["COLOR_IMAGE"], relief_image=mapped)
-        assert ("shadows" in made.blocks) == light.shadows
-        assert len(made.outputs) == (4 if variant.scattering else 1)
-        layers = chosen(color=needed["COLOR_ATTRIBUTE"], uv=needed["COLOR_IMAGE"], relief_uv=mapped, tangent=mapped)
+        assert set(made.samplers) == chosen(shadow_map=light.shadows, color_image=needed["COLOR_IMAGE"], normal_image=mapped)
+        assert ("shadows" in made.uniform_blocks) == light.shadows
+        assert len(made.outputs) == (4 if variant.subsurface_in_scene else 1)
+        layers = chosen(color=needed["COLOR_ATTRIBUTE"], uv=needed["COLOR_IMAGE"], normal_uv=mapped, tangent=mapped)
         assert set(made.attributes) - {"position", "normal"} == layers
 
 
@@ -562,40 +562,44 @@ def test_what_a_scene_does_not_need_is_not_in_its_shader() -> None:
 def test_every_variant_compiles() -> None:
     """A driver refuses names that are not declared: so what is left out of a variant is nowhere asked for."""
     for variant in variants():
-        drawing.compiled(program.surface(variant))
-    kinds = frozenset(program.KINDS)
+        renderer.compile_program(program.surface_program(variant))
+    kinds = frozenset(program.LIGHT_TYPES)
     for law in (*laws.LAWS.values(), laws.SPECULAR):
-        drawing.compiled(
-            program.surface(program.Variant(law, program.Paint.NOTHING, True, True, True, program.Light(kinds, True, True)))
+        renderer.compile_program(
+            program.surface_program(
+                program.Variant(law, program.ColorInput.NONE, True, True, True, program.Lighting(kinds, True, True))
+            )
         )
 
 
 @pytest.mark.render
 def test_each_combination_in_use_is_compiled_once(stage: Stage, sent: dict[str, int]) -> None:
-    drawing.forget_shaders()
-    picture(stage.painter)
+    renderer.forget_shaders()
+    picture(stage.renderer)
     # One for all three materials, though their numbers differ; the shadow maps', the sum's and the picture's.
     assert sent["programs"] == 1 + 3
-    for second in (stage.painter, drawing.Painter(stage.kept)):
+    for second in (stage.renderer, renderer.Renderer(stage.kept)):
         second.refresh()
         picture(second)
     assert sent["programs"] == 1 + 3
     stage.edit(lambda: model(stage))
     stage.edit(lambda: setattr(stage.group(2).inputs["Model"], "default_value", "Lambert"))
-    picture(stage.painter)
+    picture(stage.renderer)
     assert sent["programs"] == 2 + 3
     stage.edit(lambda: setattr(stage.objects[0].material_slots[0], "material", bpy.data.materials["Coated"]))
-    picture(stage.painter)
+    picture(stage.renderer)
     # The coated one's; Lambert's again, which now writes what scattering needs; and what gathers it.
     assert sent["programs"] == 2 + 3 + 2 + 1
     stage.edit(lambda: setattr(stage.group(1).inputs["Color"], "default_value", (0.1, 0.2, 0.3, 1.0)))
-    picture(stage.painter)
+    picture(stage.renderer)
     assert sent["programs"] == 2 + 3 + 2 + 1
 
 
 def test_compiled_text_is_of_the_model_in_use_alone() -> None:
     for name, law in laws.LAWS.items():
-        text = program.surface(program.Variant(law, program.Paint.NOTHING, False, False, False, program.Light())).fragment
+        text = program.surface_program(
+            program.Variant(law, program.ColorInput.NONE, False, False, False, program.Lighting())
+        ).fragment
         others = {f"{other.stem}_radiance" for other in laws.LAWS.values()} - {f"{law.stem}_radiance"}
         # EON and Cycles' Diffuse BSDF are made of Fujii's lobe, and Oren-Nayar's full model of the qualitative one.
         built_on = {"EON": {"fujii"}, "Cycles Diffuse": {"fujii", "eon"}, "Oren-Nayar 1994": {"oren_nayar"}}.get(name, set())

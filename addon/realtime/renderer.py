@@ -1,0 +1,351 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Draws a scene with Blender's gpu module: shadow maps, surfaces, subsurface scattering, and the mean of all samples."""
+
+import atexit
+import struct
+from collections.abc import Iterator
+from contextlib import suppress
+from functools import cache
+from threading import RLock
+
+import gpu
+
+from ..blender.glsl import triangle
+from . import shadows
+from .lights import lights_to_bytes
+from .materials import RenderMaterial, Texture
+from .program import Program, Variant, fullscreen_program, shadow_program, struct_declarations, surface_program
+from .scene_bounds import SceneBounds
+from .scene_cache import DrawItem, SceneCache
+from .view import View, sample_offset
+
+EXTENSIONS = {"periodic": "REPEAT", "clamp": "EXTEND", "black": "CLAMP_TO_BORDER", "mirror": "MIRRORED_REPEAT"}
+TRANSPARENT = (0.0, 0.0, 0.0, 0.0)
+PLACEHOLDERS = {"color_image": TRANSPARENT, "normal_image": (0.5, 0.5, 1.0, 1.0)}  # for missing images: black, flat
+FAR = (1e30, 1e30, 1e30, 1e30)
+GATHER_MAPS = ("radiance_map", "entering_map", "distance_map", "tint_map")  # the surface shader's outputs, in their order
+GATHER_STEPS = (0.8191725133961645, 0.6710436067037893)  # a sequence that fills a square evenly, other than sample_offset's
+
+# Held while a program draws. Drivers keep the values of uniforms with the program, which a viewport and a render in another thread
+# share.
+PROGRAM_LOCK = RLock()
+
+type Rgba = tuple[float, float, float, float]
+
+
+class DriverError(Exception):
+    """The graphics driver refuses something; the message says what."""
+
+
+class RenderTargets:
+    """The textures and framebuffers of a picture of `width` x `height` pixels, with `subsurface` also those of the gather pass."""
+
+    def __init__(self, width: int, height: int, subsurface: bool) -> None:
+        """Allocate them. Raises DriverError where the driver has no memory for them."""
+        self.width, self.height, self.subsurface = width, height, subsurface
+        try:
+            self._allocate()
+        except (RuntimeError, ValueError, MemoryError) as error:
+            raise DriverError(f"The graphics driver has no room for a picture of {width} x {height} pixels") from error
+
+    def _allocate(self) -> None:
+        self.colors = [self.texture() for _ in range(len(GATHER_MAPS) if self.subsurface else 1)]
+        self.depth = gpu.types.GPUTexture((self.width, self.height), format="DEPTH_COMPONENT32F")
+        self.surface_buffer = gpu.types.GPUFrameBuffer(depth_slot=self.depth, color_slots=self.colors)
+        self.sample = self.texture() if self.subsurface else self.colors[0]
+        self.gather_buffer = gpu.types.GPUFrameBuffer(color_slots=self.sample)
+        self.sum = self.texture()
+        self.sum_buffer = gpu.types.GPUFrameBuffer(color_slots=self.sum)
+
+    def texture(self) -> gpu.types.GPUTexture:
+        """Return a new texture of the picture's size, of 32-bit floats."""
+        return gpu.types.GPUTexture((self.width, self.height), format="RGBA32F")
+
+
+class Renderer:
+    """Draws the scene of `cache`, and keeps on the driver what does not change between pictures.
+
+    `warnings` say what the pictures lack because of the driver.
+    """
+
+    def __init__(self, cache: SceneCache) -> None:
+        self.cache = cache
+        self.warnings: list[str] = []
+        self._triangle = triangle()
+        self._materials: dict[RenderMaterial, gpu.types.GPUUniformBuf] = {}
+        self._images: dict[Texture, gpu.types.GPUTexture] = {}
+        self._allocated: RenderTargets | None = None
+        self._shadow_map: gpu.types.GPUTexture | None = None
+        self._tiles: list[shadows.Tile] | None = None
+        self._items: list[DrawItem] = []
+        self._bounds: SceneBounds | None = None
+        self._draws: list[tuple[Variant, RenderMaterial, list[DrawItem]]] = []
+        self._samples = 0
+
+    @property
+    def _targets(self) -> RenderTargets:
+        if self._allocated is None:
+            raise RuntimeError("begin has not been called")
+        return self._allocated
+
+    def refresh(self) -> None:
+        """Send to the driver what `cache` has read anew."""
+        cache = self.cache
+        materials = dict.fromkeys(cache.materials.values())
+        self._materials = {
+            material: self._materials.get(material) or _uniform_buffer(material.to_bytes()) for material in materials
+        }
+        self.warnings = []
+        self._images = {
+            texture: self._image(texture, PLACEHOLDERS[name])
+            for material in materials
+            for name, texture in material.textures.items()
+        }
+        if cache.items is not self._items:  # the lights may have changed, too
+            self._items, self._tiles, self._bounds = cache.items, None, None
+            self._lights = _uniform_buffer(lights_to_bytes(cache.lights))
+        visible: dict[RenderMaterial, list[DrawItem]] = {material: [] for material in materials}
+        for item in cache.items:
+            if item.is_visible:
+                visible[cache.materials[item.material]].append(item)
+        draws = ((cache.variant(material), material, visible[material]) for material in materials if visible[material])
+        self._draws = sorted(draws, key=lambda draw: repr(draw[0]))
+
+    def compile(self) -> Iterator[str]:
+        """Compile the shaders in use; yields a message before each, as it may take a moment. Raises DriverError."""
+        for variant in dict.fromkeys(variant for variant, _, _ in self._draws):
+            yield f"Compiling {variant.law.stem}"
+            surface_shader(variant)
+
+    def begin(self, view: View) -> None:
+        """Start an empty picture of `view`, and draw the shadow maps. Raises DriverError."""
+        subsurface = self.cache.has_subsurface
+        size = (view.width, view.height, subsurface)
+        if self._allocated is None or (self._allocated.width, self._allocated.height, self._allocated.subsurface) != size:
+            self._allocated = None  # freed first, as the driver may not have room for both
+            self._allocated = RenderTargets(*size)
+        self._targets.sum.clear(format="FLOAT", value=TRANSPARENT)
+        self._samples = 0
+        with PROGRAM_LOCK:
+            self._draw_shadows(view)
+
+    def add(self, view: View, sample: int, filter_size: float, background: Rgba) -> None:
+        """Draw one sample of every pixel over `background` and add it to the picture; `filter_size` is in pixels."""
+        shifted = view.shifted(*sample_offset(sample, filter_size))
+        with PROGRAM_LOCK:
+            self._draw_surfaces(self._targets, shifted)
+            if self._targets.subsurface:
+                self._gather_subsurface(self._targets, shifted, sample)
+            self._accumulate(self._targets, background)
+        self._samples += 1
+
+    def show(self, x: int = 0, y: int = 0) -> None:
+        """Draw the picture so far into the bound framebuffer, whose viewport has its size and its corner at `x`, `y` [pixels]."""
+        with PROGRAM_LOCK:
+            shader = resolve_shader()
+            shader.bind()
+            shader.uniform_sampler("sum_map", self._targets.sum)
+            shader.uniform_float("weight", 1.0 / self._samples)
+            shader.uniform_float("corner", (x, y))
+            self._triangle.draw(shader)
+            gpu.shader.unbind()  # else Blender keeps what forget_shaders frees
+
+    def show_blended(self, x: int, y: int) -> None:
+        """Draw the picture so far over the window, its corner at the bottom left at `x`, `y` [pixels]."""
+        left, bottom, width, height = gpu.state.viewport_get()
+        gpu.state.viewport_set(left + x, bottom + y, self._targets.width, self._targets.height)
+        gpu.state.blend_set("ALPHA_PREMULT")
+        self.show(left + x, bottom + y)
+        gpu.state.blend_set("NONE")
+        gpu.state.viewport_set(left, bottom, width, height)
+
+    def read(self) -> gpu.types.Buffer:
+        """Return the picture so far: red, green, blue, alpha of each pixel, rows from the bottom."""
+        targets = self._targets
+        resolved = targets.texture()
+        with gpu.types.GPUFrameBuffer(color_slots=resolved).bind():
+            self.show()
+        pixels = resolved.read()
+        pixels.dimensions = 4 * targets.width * targets.height
+        return pixels
+
+    def _draw_shadows(self, view: View) -> None:
+        """Draw the shadow maps, unless they are up to date."""
+        if not self.cache.lighting().shadows:
+            return
+        if self._bounds is None:
+            self._bounds = SceneBounds(self.cache.items)
+        tiles = shadows.shadow_tiles(self.cache.lights, self._bounds, view)
+        if tiles == self._tiles:
+            return
+        self._tiles = tiles
+        self._shadow_block = _uniform_buffer(shadows.tiles_to_bytes(tiles))
+        width = max((tile.x + tile.size for tile in tiles), default=1)
+        if self._shadow_map is None or self._shadow_map.width != width:
+            self._shadow_map = gpu.types.GPUTexture((width, width), format="R32F")
+            # kept, as a framebuffer does not keep its textures
+            self._shadow_depth = gpu.types.GPUTexture((width, width), format="DEPTH_COMPONENT32F")
+            self._shadow_buffer = gpu.types.GPUFrameBuffer(depth_slot=self._shadow_depth, color_slots=self._shadow_map)
+        shader = shadow_shader()
+        with self._shadow_buffer.bind():
+            _use_depth_test()
+            self._shadow_buffer.clear(color=FAR, depth=1.0)
+            shader.bind()
+            for tile in tiles:
+                self._shadow_buffer.viewport_set(tile.x, tile.y, tile.size, tile.size)
+                for item in self.cache.items:
+                    if item.casts_shadow:
+                        shader.uniform_float("matrix", tile.matrix @ item.matrix)
+                        material = self.cache.materials[item.material]
+                        item.mesh.batch(item.slot, material.attributes).draw(shader)
+            self._shadow_buffer.viewport_set(0, 0, width, width)
+
+    def _draw_surfaces(self, targets: RenderTargets, view: View) -> None:
+        """Draw the nearest surface of every pixel."""
+        view_block = _uniform_buffer(view.to_bytes(self.cache.world))
+        with targets.surface_buffer.bind():
+            _use_depth_test()
+            targets.surface_buffer.clear(color=TRANSPARENT, depth=1.0)
+            gpu.state.front_facing_set(view.is_mirrored)  # a mirrored view reverses the winding of front faces
+            for variant, material, items in self._draws:
+                shader = surface_shader(variant)
+                shader.bind()
+                shader.uniform_block("view", view_block)
+                shader.uniform_block("material", self._materials[material])
+                shader.uniform_block("lights", self._lights)
+                if variant.lighting.shadows:
+                    shader.uniform_block("shadows", self._shadow_block)
+                    shader.uniform_sampler("shadow_map", self._shadow_map)
+                for name, texture in material.textures.items():
+                    # here, as all textures of one image share its state on the driver
+                    self._images[texture].extend_mode(EXTENSIONS[texture.source.wrap])
+                    shader.uniform_sampler(name, self._images[texture])
+                for item in items:
+                    shader.uniform_float("object_matrix", item.matrix)
+                    with suppress(ValueError):  # the compiler drops it where nothing depends on it: Lambert's model without lights
+                        shader.uniform_float("orientation", -1.0 if item.matrix.is_negative else 1.0)
+                    if variant.subsurface:
+                        shader.uniform_int("object_number", item.number)
+                    item.mesh.batch(item.slot, material.attributes).draw(shader)
+            gpu.state.front_facing_set(False)
+            gpu.state.depth_test_set("NONE")
+
+    def _gather_subsurface(self, targets: RenderTargets, view: View, sample: int) -> None:
+        """Add the light that scattered below the surfaces to the sample."""
+        # by how much the pattern on the disk is turned and its radii are moved, as fractions of a turn and of a step
+        turn, step = (sample * advance % 1.0 for advance in GATHER_STEPS)
+        data = struct.pack("8f", view.width, view.height, *view.pixel_size(), turn, step, view.is_perspective, 0.0)
+        with targets.gather_buffer.bind():
+            shader = subsurface_gather_shader()
+            shader.bind()
+            block = _uniform_buffer(data)  # in a variable, as Blender does not keep it until the draw
+            shader.uniform_block("gather", block)
+            for name, texture in zip(GATHER_MAPS, targets.colors, strict=True):
+                shader.uniform_sampler(name, texture)
+            self._triangle.draw(shader)
+
+    def _accumulate(self, targets: RenderTargets, background: Rgba) -> None:
+        """Add the sample over `background` to the sum."""
+        with targets.sum_buffer.bind():
+            gpu.state.depth_test_set("NONE")
+            gpu.state.depth_mask_set(False)
+            gpu.state.blend_set("ADDITIVE_PREMULT")
+            shader = accumulate_shader()
+            shader.bind()
+            shader.uniform_sampler("radiance_map", targets.sample)
+            shader.uniform_float("background", background)
+            self._triangle.draw(shader)
+            gpu.state.blend_set("NONE")
+
+    def _image(self, texture: Texture, placeholder: Rgba) -> gpu.types.GPUTexture:
+        """Return a texture's image on the driver, or one pixel of `placeholder` where it is missing or too large."""
+        if not texture.is_missing:
+            try:
+                image = gpu.texture.from_image(texture.image)
+                image.filter_mode(True)
+                return image
+            except RuntimeError:
+                self.warnings.append(f"The graphics driver has no room for {texture.source.file}, which is not drawn")
+        image = gpu.types.GPUTexture((1, 1), format="RGBA32F")
+        image.clear(format="FLOAT", value=placeholder)
+        return image
+
+
+def compile_program(program: Program) -> gpu.types.GPUShader:
+    """Return `program` compiled by the driver. Raises DriverError where it does not compile."""
+    info = gpu.types.GPUShaderCreateInfo()
+    if program.uniform_blocks:
+        info.typedef_source(struct_declarations(program))
+    for location, (name, kind) in enumerate(program.attributes.items()):
+        info.vertex_in(location, kind, name)
+    if program.varyings:
+        interface = gpu.types.GPUStageInterfaceInfo(program.name)
+        for name, kind in program.varyings.items():
+            interface.smooth(kind, name)
+        info.vertex_out(interface)
+    for name, kind in program.constants.items():
+        info.push_constant(kind, name)
+    for slot, (name, kind) in enumerate(program.samplers.items()):
+        info.sampler(slot, kind, name)
+    for slot, (name, kind) in enumerate(program.uniform_blocks.items()):
+        info.uniform_buf(slot, kind, name)
+    for location, name in enumerate(program.outputs):
+        info.fragment_out(location, "VEC4", name)
+    info.vertex_source(program.vertex)
+    info.fragment_source(program.fragment)
+    try:
+        return gpu.shader.create_from_info(info)
+    except Exception as error:  # the type that the gpu module raises
+        raise DriverError(f"The graphics driver does not compile {program.name}") from error
+
+
+@cache
+def surface_shader(variant: Variant) -> gpu.types.GPUShader:
+    """Return the shader of `variant`; compiled once, as the others below. Raises DriverError."""
+    return compile_program(surface_program(variant))
+
+
+@cache
+def shadow_shader() -> gpu.types.GPUShader:
+    """Return the shader that draws shadow maps."""
+    return compile_program(shadow_program())
+
+
+@cache
+def subsurface_gather_shader() -> gpu.types.GPUShader:
+    """Return the shader that adds subsurface scattering to a sample."""
+    samplers = dict.fromkeys(GATHER_MAPS, "FLOAT_2D")
+    return compile_program(fullscreen_program("subsurface_gather", samplers, {}, ("burley",), gather="Gather"))
+
+
+@cache
+def accumulate_shader() -> gpu.types.GPUShader:
+    """Return the shader that adds a sample to the sum."""
+    return compile_program(fullscreen_program("accumulate", {"radiance_map": "FLOAT_2D"}, {"background": "VEC4"}))
+
+
+@cache
+def resolve_shader() -> gpu.types.GPUShader:
+    """Return the shader that draws the mean of all samples."""
+    return compile_program(fullscreen_program("resolve", {"sum_map": "FLOAT_2D"}, {"weight": "FLOAT", "corner": "VEC2"}))
+
+
+def forget_shaders() -> None:
+    """Free all shaders on the driver."""
+    for shader in (surface_shader, shadow_shader, subsurface_gather_shader, accumulate_shader, resolve_shader):
+        shader.cache_clear()
+
+
+atexit.register(forget_shaders)  # or Blender reports them as leaked memory
+
+
+def _uniform_buffer(data: bytes) -> gpu.types.GPUUniformBuf:
+    return gpu.types.GPUUniformBuf(gpu.types.Buffer("UBYTE", len(data), data))
+
+
+def _use_depth_test() -> None:
+    """Draw the nearest surface. To be called before the target is cleared, too: depth is cleared only where it may be written."""
+    gpu.state.blend_set("NONE")
+    gpu.state.face_culling_set("NONE")
+    gpu.state.depth_test_set("LESS_EQUAL")
+    gpu.state.depth_mask_set(True)

@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the realtime engine draws of a scene, kept between updates: only what changed is read again."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import bpy
+
+from mathutils import Matrix
+
+from ..material.read import Names, feeding, read_color, read_number
+from ..material.surface import Rgb
+from .lights import Light, read_light
+from .materials import RenderMaterial, render_material
+from .mesh_attributes import MeshAttribute
+from .meshes import Mesh, is_finite
+from .program import MAX_LIGHTS, Lighting, Variant
+
+MATERIAL_TYPES = (bpy.types.Material, bpy.types.NodeTree)
+GEOMETRY_TYPES = (bpy.types.Mesh, bpy.types.Curve, bpy.types.MetaBall)
+BLACK: Rgb = (0.0, 0.0, 0.0)
+NO_MATERIAL = 0  # in the place of a material's session_uid
+
+type Key = tuple[int, int]
+"""A mesh: the address of its data, or of the object whose mesh Blender makes on demand, and the session_uid of its data."""
+
+
+@dataclass(frozen=True)
+class DrawItem:
+    """The faces of one material slot of one object.
+
+    `material` is the material's key in SceneCache.materials, `number` tells objects apart, `is_visible` is to the camera.
+    """
+
+    mesh: Mesh
+    slot: int
+    material: int
+    matrix: Matrix
+    number: int
+    is_visible: bool
+    casts_shadow: bool
+
+
+@dataclass
+class SceneCache:
+    """Meshes, materials and lights of a depsgraph, kept from one update to the next.
+
+    `items` is a new list whenever objects, meshes or lights may have changed. `materials` are those in use, by their session_uid.
+    `world` is the radiance from everywhere [W/(m^2 sr)].
+    """
+
+    items: list[DrawItem] = field(default_factory=list)
+    lights: list[Light] = field(default_factory=list)
+    materials: dict[int, RenderMaterial] = field(default_factory=dict)
+    world: Rgb = BLACK
+    _warnings: list[str] = field(default_factory=list)
+    _meshes: dict[Key, Mesh] = field(default_factory=dict)
+    _users: dict[Key, set[int]] = field(default_factory=dict)  # session_uids of the data and the objects of each mesh
+    _visibility: dict[int, tuple[bool, bool]] = field(default_factory=dict)  # of objects, to the camera and to shadows
+    _is_read: bool = False
+
+    @property
+    def has_subsurface(self) -> bool:
+        """Whether any material in use has subsurface scattering."""
+        return any(material.has_subsurface for material in self.materials.values())
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the picture lacks, one sentence each."""
+        textures = (texture for material in self.materials.values() for texture in material.textures.values())
+        missing = {texture.source.file for texture in textures if texture.is_missing}
+        return self._warnings + [f"{file} cannot be read" for file in sorted(missing)]
+
+    def lighting(self) -> Lighting:
+        """Return what the scene's lights and world ask of all surface shaders."""
+        types = frozenset(light.kind for light in self.lights)
+        return Lighting(types, any(light.casts_shadow for light in self.lights), any(self.world))
+
+    def variant(self, material: RenderMaterial) -> Variant:
+        """Return the shader variant for `material` under the scene's lights."""
+        return Variant(
+            law=material.law,
+            color_input=material.color_input,
+            coat=material.coat[0] > 0.0,
+            subsurface=material.has_subsurface,
+            subsurface_in_scene=self.has_subsurface,
+            lighting=self.lighting(),
+            normal_input=material.normal_input,
+        )
+
+    def update(self, depsgraph: bpy.types.Depsgraph, is_shown: Callable[[bpy.types.Object], bool] = lambda _: True) -> None:
+        """Read what changed since the last update. `is_shown` tells whether a viewport shows an object."""
+        stale = {update.id.original.session_uid for update in depsgraph.updates if update.is_updated_geometry}
+        self._meshes = {key: mesh for key, mesh in self._meshes.items() if not stale & self._users[key]}
+        only_materials = self._is_read and depsgraph.updates and all(map(self._concerns_materials, depsgraph.updates))
+        if not (only_materials and self._reread_materials(depsgraph)):
+            self._read(depsgraph, is_shown)
+
+    def _concerns_materials(self, update: bpy.types.DepsgraphUpdate) -> bool:
+        """Return whether a change is one of materials alone; Blender tags their users with them."""
+        item = update.id
+        if isinstance(item, MATERIAL_TYPES):
+            return True
+        if update.is_updated_geometry or update.is_updated_transform:
+            return False
+        if isinstance(item, bpy.types.Object):
+            return self._visibility.get(item.original.session_uid) == (item.visible_camera, item.visible_shadow)
+        return isinstance(item, GEOMETRY_TYPES)
+
+    def _reread_materials(self, depsgraph: bpy.types.Depsgraph) -> bool:
+        """Read the materials again. Returns False where one needs other attributes of its meshes than before."""
+        meter = _meter(depsgraph.scene)
+        for material in bpy.data.materials:
+            before = self.materials.get(material.session_uid)
+            if before:
+                now = render_material(material.evaluated_get(depsgraph), meter)
+                if now.attributes != before.attributes:
+                    return False
+                self.materials[material.session_uid] = now
+        return True
+
+    def _read(self, depsgraph: bpy.types.Depsgraph, is_shown: Callable[[bpy.types.Object], bool]) -> None:
+        """Read objects, materials, lights and world."""
+        self._is_read = False  # until the end, in case of an error
+        self.items, self.lights, self.materials, self._warnings, self._visibility = [], [], {}, [], {}
+        before, self._meshes = self._meshes, {}
+        override, meter = depsgraph.view_layer_eval.material_override, _meter(depsgraph.scene)
+        for number, instance in enumerate(depsgraph.object_instances, 1):
+            item = instance.object
+            if not instance.show_self or not is_shown(instance.parent if instance.is_instance else item):
+                continue
+            matrix = instance.matrix_world.copy()
+            if item.type not in ("MESH", "LIGHT"):  # Blender lists the meshes of texts, curves, surfaces and metaballs separately
+                continue
+            if not all(map(is_finite, matrix)):
+                self._warnings.append(f"{item.name} is left out: its location or scale is not finite or too large")
+            elif item.type == "LIGHT":
+                self.lights.append(read_light(item, matrix))
+            elif item.visible_camera or item.visible_shadow:
+                self._visibility[item.original.session_uid] = (item.visible_camera, item.visible_shadow)
+                self._add(item, matrix, number, before, override, meter)
+        self._users = {key: self._users[key] for key in self._meshes}
+        self.world = _world_radiance(depsgraph.scene_eval.world)
+        if not is_finite(self.world):
+            self._warnings.append("The world is black: its radiance is not finite or too large")
+            self.world = BLACK
+        finite = [light for light in self.lights if is_finite(light.strength)]
+        if len(finite) < len(self.lights):
+            self._warnings.append(f"{len(self.lights) - len(finite)} lights are left out: their power is not finite or too large")
+        self.lights = finite
+        if len(self.lights) > MAX_LIGHTS:
+            self._warnings.append(f"{MAX_LIGHTS} of {len(self.lights)} lights are drawn")
+            del self.lights[MAX_LIGHTS:]
+        self._is_read = True
+
+    def _add(
+        self,
+        item: bpy.types.Object,
+        matrix: Matrix,
+        number: int,
+        before: dict[Key, Mesh],
+        override: bpy.types.Material | None,
+        meter: float,
+    ) -> None:
+        """Add the draw items of one object, with its mesh from `before` if it is there."""
+        is_made = item.type != "MESH" or item.data.is_editmode  # the mesh data of an object in edit mode is empty
+        data = item.to_mesh() if is_made else item.data
+        if data is None:
+            return
+        source = item.data.original or item.data
+        key = (item.original.as_pointer() if is_made else data.as_pointer(), source.session_uid)
+        mesh = self._meshes.get(key) or before.get(key) or Mesh(data)
+        if key not in self._meshes:
+            self._meshes[key] = mesh
+            self._users[key] = set()
+            if mesh.skipped:
+                self._warnings.append(
+                    f"{mesh.skipped} triangles of {item.name} are left out: their vertices are not finite or too far away"
+                )
+        self._users[key] |= {item.original.session_uid, source.session_uid}
+        wanted: dict[int, tuple[MeshAttribute, ...]] = {}
+        for slot in mesh.slots:
+            material = override or _slot_material(item, data, slot)
+            uid = material.original.session_uid if material else NO_MATERIAL
+            if uid not in self.materials:
+                self.materials[uid] = render_material(material, meter)
+            wanted[slot] = self.materials[uid].attributes
+            self.items.append(DrawItem(mesh, slot, uid, matrix, number, item.visible_camera, item.visible_shadow))
+        mesh.prepare(data, wanted, item.to_mesh)
+        item.to_mesh_clear()
+
+
+def _slot_material(item: bpy.types.Object, mesh: bpy.types.Mesh, slot: int) -> bpy.types.Material | None:
+    """Return the material of a slot. A slot beyond the last means the last, one below 0 the first, as in Cycles."""
+    if slots := item.material_slots:
+        return slots[max(0, min(slot, len(slots) - 1))].material
+    return mesh.materials[max(0, min(slot, len(mesh.materials) - 1))] if mesh.materials else None
+
+
+def _meter(scene: bpy.types.Scene) -> float:
+    """Return the length of a meter in the scene's units."""
+    return 1.0 / scene.unit_settings.scale_length
+
+
+def _world_radiance(world: bpy.types.World | None) -> Rgb:
+    """Return the radiance of a world of one color [W/(m^2 sr)]. A texture is ignored: the socket's own color counts."""
+    if world is None:
+        return BLACK
+    output = world.node_tree.get_output_node("ALL") if world.node_tree else None
+    if output is None:
+        return tuple(world.color)
+    socket = feeding(output.inputs["Surface"])
+    if socket is None or socket.node.type != "BACKGROUND" or socket.node.mute:
+        return BLACK
+    names, inputs = Names(str, str), socket.node.inputs
+    (red, green, blue), _ = read_color(inputs["Color"], names)
+    strength = read_number(inputs["Strength"], names)
+    return red * strength, green * strength, blue * strength
