@@ -16,6 +16,7 @@ from mathutils import Matrix, Vector
 
 from true_diffuse.addon import models
 from true_diffuse.addon.blender import engines
+from true_diffuse.addon.closures import subsurface_fit
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.models import Model
@@ -449,7 +450,7 @@ def skin(color: Sequence[float] = COLOR, path: float = 100.0) -> bpy.types.Mater
 @pytest.mark.parametrize("pixels", (4.0, 12.0))
 def test_edge_of_a_shadow_is_as_wide_as_on_the_medium(pixels: float) -> None:
     """To 3 %: of 36 rows' noise and, at 4 pixels, of their steps and the shadow's own edge, which is one pixel wide."""
-    width, size = 100.0 * models.edge_width(0.5), 144
+    width, size = 100.0 * subsurface_fit.edge_width(0.5), 144
     view = width * size / pixels
     body = slab(1.5 * view)
     rows = range(54, 90)  # as the picture's edges cut off light on its way up and down

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The shaders' uniform blocks as bytes in std140 layout. No bpy.
 
-Their structs, in program.py and shaders/lights.glsl, have only vectors and matrices of four components, to which std140 adds no padding:
+Their structs, in program.py and shaders/lights.glsl, have only vectors and matrices of four components, where std140 pads nothing:
 each function packs a struct's members one after another.
 """
 
