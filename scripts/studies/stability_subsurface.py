@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the published subsurface formulas, coded as printed in 64-bit floats, break or lose their digits, and what ours give there.
+"""Where published subsurface formulas, coded as printed in 64-bit floats, fail or lose digits, and what our models give there.
 
-`expected` comes from closed forms, limits or 40 decimal digits, not from the models. No bpy.
+Expected values come from closed forms, limits or 40 decimal digits, not from the models. No bpy.
 """
 
 import math
 from collections.abc import Callable, Iterator, Sequence
 from decimal import Decimal, localcontext
+from functools import partial
 from typing import Any
 
 from true_diffuse.addon.models import half_space
@@ -17,11 +18,13 @@ from true_diffuse.addon.models.medium import LONGEST, SHORTEST, Channel
 from true_diffuse.addon.models.quadrature import integrate
 
 type Record = dict[str, Any]
+type Number = Any  # float or Decimal
+type Functions = Any  # what has sqrt and exp of that Number: the module math or the class Decimal
 
 # sigma_s', sigma_a [mm^-1]: alpha' from 1 to 0
 COEFFICIENTS = ((1.0, 0.0), (1.0, 1e-16), (1.0, 1e-12), (1.0, 1e-6), (0.5, 0.5), (1e-6, 1.0), (0.0, 1.0))
 # and r [mm]: at the source and far away, mean free paths of 1e-6 mm and 1 km, channels a factor of 1e3 apart
-PLACES = (
+DISTANCES = (
     *((1.0, 1e-6, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 1e3), (1.0, 0.0, 1e6), (1.0, 1e-12, 1e5), (999999.0, 1.0, 1e-6)),
     *((1e-6, 1e-9, 1e6), (1.0, 1e-3, 1.0), (1.0, 1e3, 1e-3)),
 )
@@ -29,9 +32,9 @@ H_CONSERVATIVE = 2.907810529  # H(1) at alpha = 1; Chandrasekhar (1960), table X
 
 
 def records() -> Iterator[Record]:
-    """Yield a record for each stiff case: model, case, plain, got, expected, error of `got` (relative, absolute at 0), finite.
+    """Yield a record for each formula and input: model, case, plain, got, expected, error (relative, absolute at 0), finite.
 
-    `plain` is NaN where the published formula divides by 0, overflows or leaves its domain.
+    `plain` is the published formula's value, NaN where it divides by 0, overflows or leaves its domain; `got` is our model's.
     """
     yield from _boundary()
     yield from _lengths()
@@ -48,15 +51,15 @@ def _record(model: str, case: str, got: float, expected: float, plain: Callable[
     return {
         "model": model,
         "case": case,
-        "plain": _plain(printed),
-        "got": _plain(got),
+        "plain": _json(printed),
+        "got": _json(got),
         "expected": expected,
-        "error": _plain(abs(got - expected) / (abs(expected) or 1.0)),
+        "error": _json(abs(got - expected) / (abs(expected) or 1.0)),
         "finite": math.isfinite(got),
     }
 
 
-def _plain(x: float) -> float | str:
+def _json(x: float) -> float | str:
     """Return `x`, or its name where JSON has no number for it."""
     return x if math.isfinite(x) else str(x)
 
@@ -83,7 +86,7 @@ def d_eon_3c2(eta: float) -> float:
 
 
 def first_moment(n: float) -> float:
-    """Return 2 C1 in closed form: 1 - (1 - r) / n^2 with J. W. T. Walsh's (1926) diffuse reflectance r from outside; 0 at n = 1."""
+    """Return 2 C1 in closed form: 1 - (1 - r) / n^2 with J. W. T. Walsh's (1926) external diffuse reflectance r; 0 at n = 1."""
     if n == 1.0:
         return 0.0
     n2, n4 = n * n, n**4
@@ -95,7 +98,7 @@ def first_moment(n: float) -> float:
 
 
 def second_moment(n: float) -> float:
-    """Return 3 C2 as a sum over cosines inside, in angles and with total reflection; to about 1e-7."""
+    """Return 3 C2 as a sum over the cosines inside, with total reflection; accurate to about 1e-7."""
     critical, count = math.sqrt(1.0 - 1.0 / n**2), 4000
     total = critical**3
     for k in range(count if n > 1.0 else 0):
@@ -125,7 +128,7 @@ def _lengths() -> Iterator[Record]:
     def diffuse_mean_free_path(s: float, a: float) -> float:
         return 1.0 / math.sqrt(3.0 * a * (a + s))
 
-    # without absorption the diffuse mean free path is infinite, in vacuum both; there ours is the longest one, with alpha' = 0
+    # without absorption the diffuse mean free path is infinite, in vacuum both are; our models then have LONGEST, with alpha' = 0
     for case, s, a, length, diffuse in (
         ("Spectralon", 11.6, 0.0, 1.0 / 11.6, LONGEST),
         ("sigma_a 1e-18", 1.0, 1e-18, 1.0, LONGEST),
@@ -144,110 +147,86 @@ def _lengths() -> Iterator[Record]:
         yield _record("mean free path [mm]", f"asked for {length:g}", got, expected, by_way_of_sigma, length)
 
 
-def _decimal(formula: Callable[..., Decimal], *arguments: float) -> float:
-    """Return `formula` of the same numbers in 40 digits."""
+def exact(formula: Callable[..., Number], *arguments: float) -> float:
+    """Return `formula` with 40 decimal digits."""
     with localcontext() as context:
         context.prec = 40
-        return float(formula(*map(Decimal, arguments)))
+        return float(formula(Decimal, *map(Decimal, arguments)))
 
 
-def _standard_profile(s: Decimal, a: Decimal, r: Decimal) -> Decimal:
+def standard_profile(m: Functions, s: Number, a: Number, r: Number) -> Number:
     """Return the standard dipole's R(r) at eta = 1, where A = 1."""
-    z, sigma_tr, total = 1 / (s + a), (3 * a * (s + a)).sqrt(), Decimal(0)
+    z, sigma_tr, total = 1 / (s + a), m.sqrt(3 * a * (s + a)), 0
     for depth in (z, z * 7 / 3):
-        d = (r**2 + depth**2).sqrt()
-        total += depth * (sigma_tr * d + 1) * (-sigma_tr * d).exp() / d**3
-    return s / (s + a) * total / (4 * Decimal(math.pi))
+        d = m.sqrt(r * r + depth * depth)
+        total += depth * (sigma_tr * d + 1) * m.exp(-sigma_tr * d) / d**3
+    return s / (s + a) * total / (4 * type(s)(math.pi))
 
 
-def plain_standard_profile(s: float, a: float, r: float) -> float:
-    z, sigma_tr, total = 1.0 / (s + a), math.sqrt(3.0 * a * (s + a)), 0.0
-    for depth in (z, z * 7.0 / 3.0):
-        d = math.sqrt(r * r + depth * depth)
-        total += depth * (sigma_tr * d + 1.0) * math.exp(-sigma_tr * d) / d**3
-    return s / (s + a) * total / (4.0 * math.pi)
-
-
-def _better_profile(s: Decimal, a: Decimal, r: Decimal) -> Decimal:
+def better_profile(m: Functions, s: Number, a: Number, r: Number) -> Number:
     """Return the better dipole's R(r) at eta = 1, where A = 1, C_E = 1/2, C_phi = 1/4."""
-    z, diffusion, total = 1 / (s + a), (2 * a + s) / (3 * (s + a) ** 2), Decimal(0)
-    sigma_tr = (a / diffusion).sqrt()
+    z, diffusion, total = 1 / (s + a), (2 * a + s) / (3 * (s + a) ** 2), 0
+    sigma_tr = m.sqrt(a / diffusion)
     for depth, sign in ((z, 1), (-z - 4 * diffusion, -1)):
-        d = (r**2 + depth**2).sqrt()
-        total += sign * (depth * (sigma_tr * d + 1) / d**2 / 2 + 1 / (4 * diffusion)) * (-sigma_tr * d).exp() / d
-    return (s / (s + a)) ** 2 * total / (4 * Decimal(math.pi))
+        d = m.sqrt(r * r + depth * depth)
+        total += sign * (depth * (sigma_tr * d + 1) / d**2 / 2 + 1 / (4 * diffusion)) * m.exp(-sigma_tr * d) / d
+    return (s / (s + a)) ** 2 * total / (4 * type(s)(math.pi))
 
 
-def plain_better_profile(s: float, a: float, r: float) -> float:
-    z, diffusion, total = 1.0 / (s + a), (2.0 * a + s) / (3.0 * (s + a) ** 2), 0.0
-    sigma_tr = math.sqrt(a / diffusion)
-    for depth, sign in ((z, 1.0), (-z - 4.0 * diffusion, -1.0)):
-        d = math.sqrt(r * r + depth * depth)
-        total += sign * (0.5 * depth * (sigma_tr * d + 1.0) / d**2 + 0.25 / diffusion) * math.exp(-sigma_tr * d) / d
-    return (s / (s + a)) ** 2 * total / (4.0 * math.pi)
-
-
-def _standard_total(s: Decimal, a: Decimal) -> Decimal:
+def standard_total(m: Functions, alpha: Number) -> Number:
     """Return the standard dipole's R_d at eta = 1."""
-    q = (3 * a / (s + a)).sqrt()
-    return s / (s + a) / 2 * (1 + (-4 * q / 3).exp()) * (-q).exp()
+    q = m.sqrt(3 * (1 - alpha))
+    return alpha / 2 * (1 + m.exp(-4 * q / 3)) * m.exp(-q)
 
 
-def plain_standard_total(alpha: float) -> float:
-    q = math.sqrt(3.0 * (1.0 - alpha))
-    return 0.5 * alpha * (1.0 + math.exp(-4.0 / 3.0 * q)) * math.exp(-q)
+def better_total(m: Functions, alpha: Number) -> Number:
+    """Return the better dipole's reflectance at eta = 1; the formula divides by 0 at alpha' = 1, where it tends to 1."""
+    k = m.sqrt((1 - alpha) * (2 - alpha) / 3)
+    both = (1 + m.exp(-4 * k)) / 2 + (1 - m.exp(-4 * k)) / k / 4
+    return alpha * alpha / 2 * m.exp(-m.sqrt(3 * (1 - alpha) / (2 - alpha))) * both
 
 
-def _better_total(s: Decimal, a: Decimal) -> Decimal:
-    """Return the better dipole's reflectance at eta = 1; 1 without absorption."""
-    loss = a / (s + a)
-    m = (loss * (1 + loss) / 3).sqrt()
-    both = (1 + (-4 * m).exp()) / 2 + (1 - (-4 * m).exp()) / m / 4 if m else Decimal(2)
-    return (1 - loss) ** 2 / 2 * (-(3 * loss / (1 + loss)).sqrt()).exp() * both
-
-
-def plain_better_total(alpha: float) -> float:
-    m = math.sqrt((1.0 - alpha) * (2.0 - alpha) / 3.0)
-    both = 0.5 * (1.0 + math.exp(-4.0 * m)) + 0.25 / m * (1.0 - math.exp(-4.0 * m))
-    return 0.5 * alpha * alpha * math.exp(-math.sqrt(3.0 * (1.0 - alpha) / (2.0 - alpha))) * both
+def of_coefficients(total: Callable[..., Number], m: Functions, s: Number, a: Number) -> Number:
+    """Return a `total` of alpha' = sigma_s' / (sigma_s' + sigma_a)."""
+    return total(m, s / (s + a))
 
 
 def twelve_halvings(reflectance: float) -> float:
-    """Return alpha' of the standard dipole at eta = 1 as Cycles finds it, white from 0.995 on."""
+    """Return alpha' of the standard dipole at eta = 1 as Cycles does, by bisection; a reflectance from 0.995 on counts as white."""
     if reflectance < 1e-4 or reflectance >= 0.995:
         return 0.0 if reflectance < 1e-4 else 0.999999
     low, high = 0.0, 1.0
     for _ in range(12):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if plain_standard_total(middle) < reflectance else (low, middle)
+        low, high = (middle, high) if standard_total(math, middle) < reflectance else (low, middle)
     return 0.5 * (low + high)
 
 
 def _dipoles() -> Iterator[Record]:
     for s, a in COEFFICIENTS:
-        channel, case = Channel(s, a), f"sigma_s' {s:g}, sigma_a {a:g}"
-        total, alpha = _decimal(_standard_total, s, a), s / (s + a)
-        yield _record("standard dipole R_d", case, StandardDipole(channel, 1.0).reflectance, total, plain_standard_total, alpha)
+        channel, case, alpha = Channel(s, a), f"sigma_s' {s:g}, sigma_a {a:g}", s / (s + a)
+        total = exact(partial(of_coefficients, standard_total), s, a)
+        got = StandardDipole(channel, 1.0).reflectance
+        yield _record("standard dipole R_d", case, got, total, partial(standard_total, math), alpha)
         yield _record("standard dipole alpha'", case, standard_inverse(total, 1.0), alpha, twelve_halvings, total)
-        got, expected = BetterDipole(channel, 1.0).reflectance, _decimal(_better_total, s, a)
-        yield _record("better dipole R_d", case, got, expected, plain_better_total, alpha)
-    for s, a, r in PLACES:
+        total = exact(partial(of_coefficients, better_total), s, a) if a else 1.0
+        yield _record("better dipole R_d", case, BetterDipole(channel, 1.0).reflectance, total, partial(better_total, math), alpha)
+    for s, a, r in DISTANCES:
         channel, case = Channel(s, a), f"sigma_s' {s:g}, sigma_a {a:g}, r {r:g}"
-        got, expected = StandardDipole(channel, 1.0).profile(r), _decimal(_standard_profile, s, a, r)
-        yield _record("standard dipole R(r)", case, got, expected, plain_standard_profile, s, a, r)
-        got, expected = BetterDipole(channel, 1.0).profile(r), _decimal(_better_profile, s, a, r)
-        yield _record("better dipole R(r)", case, got, expected, plain_better_profile, s, a, r)
+        for name, dipole, profile in (
+            ("standard", StandardDipole(channel, 1.0), standard_profile),
+            ("better", BetterDipole(channel, 1.0), better_profile),
+        ):
+            expected = exact(profile, s, a, r)
+            yield _record(f"{name} dipole R(r)", case, dipole.profile(r), expected, partial(profile, math), s, a, r)
 
 
 def _burley() -> Iterator[Record]:
     def ring(d: float, r: float) -> float:
         return 2.0 * math.pi * r * (math.exp(-r / d) + math.exp(-r / (3.0 * d))) / (8.0 * math.pi * d * r)
 
-    def cdf(x: float) -> float:
-        return 1.0 - 0.25 * math.exp(-x) - 0.75 * math.exp(-x / 3.0)
-
-    def exact_cdf(x: Decimal) -> Decimal:
-        return 1 - (-x).exp() / 4 - 3 * (-x / 3).exp() / 4
+    def cdf(m: Functions, x: Number) -> Number:
+        return 1 - m.exp(-x) / 4 - 3 * m.exp(-x / 3) / 4
 
     def radius(share: float) -> float:
         return -3.0 * math.log(2.0 * math.sinh(math.asinh(2.0 * (1.0 - share)) / 3.0))
@@ -255,8 +234,8 @@ def _burley() -> Iterator[Record]:
     yield _record("Burley 2 pi r R(r)", "d 1, r 0", Burley(1.0).ring(0.0), 0.5, ring, 1.0, 0.0)
     yield _record("Burley 2 pi r R(r)", "d 0, r 0", Burley(0.0).ring(0.0), 0.5 / SHORTEST, ring, 0.0, 0.0)
     for x in (1e-12, 1e-8, 1e-3):
-        share = _decimal(exact_cdf, x)
-        yield _record("Burley CDF", f"r {x:g} d", Burley(1.0).cdf(x), share, cdf, x)
+        share = exact(cdf, x)
+        yield _record("Burley CDF", f"r {x:g} d", Burley(1.0).cdf(x), share, partial(cdf, math), x)
         yield _record("Burley r / d", f"of its share, {x:g}", Burley(1.0).radius(share), x, radius, share)
 
 
@@ -265,7 +244,7 @@ def _albedo() -> Iterator[Record]:
         root = math.sqrt(9.59217 + 41.6808 * color + 17.7126 * color * color)
         return 1.0 - (4.09712 + 4.20863 * color - root) ** 2
 
-    def exact_inverse(color: Decimal) -> Decimal:
+    def exact_inverse(_: Functions, color: Decimal) -> Decimal:
         b = Decimal("1.139") + Decimal("1.17") * color
         s = (b - (b * b - Decimal("0.556") * (1 - color)).sqrt()) / Decimal("0.278")
         return 1 - s * s
@@ -275,29 +254,30 @@ def _albedo() -> Iterator[Record]:
         return math.exp(-logarithms / math.pi)
 
     for color in (0.0, 1e-6, 1e-3, 0.5, 0.999999, 1.0):
-        got, expected = half_space.van_de_hulst_inverse(color), _decimal(exact_inverse, color)
+        got, expected = half_space.van_de_hulst_inverse(color), exact(exact_inverse, color)
         yield _record("van de Hulst alpha", f"color {color:g}", got, expected, rounded_inverse, color)
     yield _record("Chandrasekhar H(1)", "alpha 1", math.exp(half_space.log_h(1.0, 1.0)), H_CONSERVATIVE, h, 1.0)
-    # The limits: light scattered once, of which what is scattered twice is 1e-6; and 1 - (4 / sqrt(3)) sqrt(1 - alpha).
+    # limits: single scattering, next to which double scattering is 1e-6; and 1 - (4 / sqrt(3)) sqrt(1 - alpha)
     dark, white = 2e-6 / 3.0 * (1.0 - math.log(2.0)), 1.0 - 4e-6 / math.sqrt(3.0)
     for alpha, expected in ((0.0, 0.0), (1e-6, dark), (1.0 - 1e-12, white), (1.0, 1.0), (math.inf, 1.0), (math.nan, 0.0)):
         got = half_space.diffuse_albedo(alpha)
-        yield _record("diffuse albedo, van de Hulst's", f"alpha {alpha:.12g}", got, expected, plain_van_de_hulst, alpha)
+        yield _record("diffuse albedo, van de Hulst's", f"alpha {alpha:.12g}", got, expected, van_de_hulst, alpha)
 
 
-def plain_van_de_hulst(alpha: float) -> float:
+def van_de_hulst(alpha: float) -> float:
+    """Return van de Hulst's approximation of the diffuse albedo at g = 0, as published."""
     s = math.sqrt(1.0 - alpha)
     return (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s)
 
 
 def table(found: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return columns and rows for people."""
+    """Return the columns and rows of a table of `records`."""
 
-    def shown(value: float | str) -> str:
+    def text(value: float | str) -> str:
         return value if isinstance(value, str) else f"{value:.6g}"
 
     rows: list[tuple[str, ...]] = [
-        (one["model"], one["case"], *(shown(one[key]) for key in ("plain", "got", "expected")), f"{one['error']:.1e}")
+        (one["model"], one["case"], *(text(one[key]) for key in ("plain", "got", "expected")), f"{one['error']:.1e}")
         for one in found
     ]
     return ("Formula", "Case", "As published", "Ours", "Expected", "Our error"), rows
