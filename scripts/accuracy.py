@@ -171,11 +171,11 @@ def extremes(options: Namespace, engines: list["Engine"], terminal: Terminal) ->
 
 
 def subsurface(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
-    """Hold the group Subsurface on a slab against its model: profiles, edges of shadows, albedos, furnace, units, stiff inputs."""
+    """Hold the group Subsurface on a slab against its model: profiles, edges of shadows, albedos, furnace, units, extremes."""
     from true_diffuse.scripts.studies import subsurface as study
 
     records = []
-    for part in study.PARTS:
+    for part in study.MEASUREMENTS:
         work, measure = part.work(engines, options.quick), partial(part.records, engines, options.quick)
         records += told(terminal, work, measure, part.title, study.table)
     return records

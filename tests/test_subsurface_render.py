@@ -53,7 +53,7 @@ def test_edge_width_finds_that_of_closed_forms() -> None:
         places = [(k - 63.5) * step for k in range(128)]
         values = [0.5 * math.exp(x) if x < 0.0 else 1.0 - 0.5 * math.exp(-x) for x in places]
         assert edge_width([3.0 * value for value in values], step) == pytest.approx(2.0 * math.log(2.0), rel=1e-9)
-    # a logistic edge, which bends the other way: 25 % at -ln 3
+    # a logistic edge, which bends the other method: 25 % at -ln 3
     values = [1.0 / (1.0 + math.exp((63.5 - k) * 0.2)) for k in range(128)]
     assert edge_width(values, 0.2) == pytest.approx(2.0 * math.log(3.0), rel=2e-3)
 
@@ -89,9 +89,9 @@ def test_slab_is_in_millimetres_in_scenes_of_any_unit(scale_length: float) -> No
 
 @pytest.mark.render
 @pytest.mark.usefixtures("empty_file")
-@pytest.mark.parametrize("way", [study.WALK, study.BURLEY], ids=lambda way: way.method)
-def test_slab_lit_all_over_shows_the_color(way: study.Way) -> None:
-    shown = study.material(way, COLORS, (1.0,) * 3)
+@pytest.mark.parametrize("method", [study.WALK, study.BURLEY], ids=lambda method: method.entry)
+def test_slab_lit_all_over_shows_the_color(method: study.Method) -> None:
+    shown = study.material(method, COLORS, (1.0,) * 3)
     (found,) = slab(1000.0).albedos([shown], engines.CYCLES, 512)
     for color, mean in zip(COLORS, found, strict=True):
         # what Random Walk shows along the normal is up to 2 % below what it shows on the average of all views

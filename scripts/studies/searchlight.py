@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The searchlight: where the light of a narrow beam on a slab comes out again, in both engines, beside Burley and the dipole.
+"""The searchlight: where the light of a narrow beam leaves a slab, in Cycles and EEVEE, beside Burley and the standard dipole.
 
-R(r) is the share of the beam's light that leaves at the distance r, for an area [1 / mfp^2]; r in mean free paths (mfp).
+R(r) is the fraction of the beam's light that leaves at the distance r, per area [1 / mfp^2]; r is in mean free paths (mfp).
 """
 
 import math
@@ -15,12 +15,12 @@ from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.models import EDGE_WIDTH_25_75, Burley, Channel, StandardDipole
 from true_diffuse.addon.models.quadrature import integrate
 from true_diffuse.scenes.slab import slab
-from true_diffuse.scripts.studies.subsurface import HALF_SPACE, WAYS, Way, material
+from true_diffuse.scripts.studies.subsurface import HALF_SPACE, METHODS, Method, material
 
 ALBEDO = 0.8
 RADII = tuple(0.1 * 100.0 ** (k / 12) for k in range(13))  # of rings, from 0.1 to 10
-# EEVEE scatters what it sees, so its picture shows a spot of light and all around it, in pixels a quarter of a mean free path wide:
-# the rings from SCREEN_FIRST on. Its mean free path is long [mm], since it keeps radii in coarse steps.
+# EEVEE scatters in screen space, so its picture shows a spot of light and its surroundings in pixels a quarter of a mean free path
+# wide: the rings from SCREEN_FIRST on. Its mean free path [mm] is long, as it stores radii in coarse steps.
 SCREEN_SIZE, SCREEN_VIEW, SCREEN_PATH, SCREEN_FIRST = 161, 40.0, 100.0, 8
 BURLEY, DIPOLE = "Burley, closed form", "Standard dipole"
 COLORS = {BURLEY: "#111111", DIPOLE: "#999999"}
@@ -29,52 +29,55 @@ LEFT, RIGHT, TOP, BOTTOM = 80, 20, 20, 50  # of the diagram's frame [pixels]
 
 
 def work(used: Sequence[Engine]) -> int:
-    """Return how many ways `records` goes through."""
-    return sum(way.engine in used for way in WAYS)
+    """Return the work of `records`: a unit for each method."""
+    return sum(method.engine in used for method in METHODS)
 
 
 def records(used: Sequence[Engine], samples: Mapping[str, int], progress: Progress) -> Iterator[Record]:
-    """Yield, for each way and ring, the mean of R over the ring, and what Burley and the standard dipole say.
+    """Yield, for each method and ring, the mean of R over the ring, as rendered, by Burley and by the standard dipole.
 
-    `samples` by the engine's key. Each way is one unit of work to `progress`. The dipole is that of the walk's own medium, without
-    a boundary.
+    `samples` is by the engine's key. The dipole has the medium of Random Walk, without a boundary.
     """
     burley = Burley(subsurface_fit.edge_width(ALBEDO) / EDGE_WIDTH_25_75)
     s = subsurface_fit.BEAM.s(ALBEDO)
     dipole = StandardDipole(Channel.from_albedo(1.0 - s * s, 1.0), 1.0)
-    for way in WAYS:
-        if way.engine not in used:
+    for method in METHODS:
+        if method.engine not in used:
             continue
-        with progress.step(f"Searchlight  {way.engine.label}  {way.label}", 1.0):
-            shares = _shares(way, samples[way.engine.key])
-        for (inner, outer), share in zip(pairwise(RADII), shares, strict=True):
+        with progress.step(f"Searchlight  {method.engine.label}  {method.label}", 1.0):
+            fractions = _fractions(method, samples[method.engine.key])
+        for (inner, outer), fraction in zip(pairwise(RADII), fractions, strict=True):
             area = math.pi * (outer * outer - inner * inner)
             yield {
-                "engine": way.engine.key,
-                "method": way.label,
+                "engine": method.engine.key,
+                "method": method.label,
                 "albedo": ALBEDO,
                 "from_mfp": inner,
                 "to_mfp": outer,
-                "rendered": None if share is None else share / area,
+                "rendered": None if fraction is None else fraction / area,
                 BURLEY: ALBEDO * (burley.cdf(outer) - burley.cdf(inner)) / area,
                 DIPOLE: integrate(lambda r: 2.0 * math.pi * r * dipole.profile(r), (inner, outer), 16) / area,
-                "samples": samples[way.engine.key],
+                "samples": samples[method.engine.key],
             }
 
 
-def _shares(way: Way, samples: int) -> list[float | None]:
-    """Return what each ring gets, None where EEVEE's pixels are too wide to tell."""
-    path, first = (SCREEN_PATH, SCREEN_FIRST) if way.engine is EEVEE else (1.0, 0)
-    shown, radii, body = material(way, (ALBEDO,) * 3, (path,) * 3), [path * r for r in RADII[first:]], slab(HALF_SPACE * path)
-    if way.engine is EEVEE:
-        rings = body.around_spot(shown, way.engine, samples, SCREEN_SIZE, SCREEN_VIEW * path, radii)
+def _fractions(method: Method, samples: int) -> list[float | None]:
+    """Return the fraction of the beam's light in each ring, None where EEVEE's pixels are too wide."""
+    path, first = (SCREEN_PATH, SCREEN_FIRST) if method.engine is EEVEE else (1.0, 0)
+    shown, radii, body = (
+        material(method, (ALBEDO,) * 3, (path,) * 3),
+        [path * r for r in RADII[first:]],
+        slab(HALF_SPACE * path),
+    )
+    if method.engine is EEVEE:
+        rings = body.around_spot(shown, method.engine, samples, SCREEN_SIZE, SCREEN_VIEW * path, radii)
     else:
-        rings = body.rings(shown, way.engine, samples, radii)
+        rings = body.rings(shown, method.engine, samples, radii)
     return [None] * first + [fmean(channels) for channels in zip(*rings, strict=True)]
 
 
 def curves(found: Sequence[Record]) -> dict[str, list[float | None]]:
-    """Return the values of the rings by name: the closed forms, and what was rendered."""
+    """Return the rings' values by curve: the closed forms and the renders."""
     result = {name: [record[name] for record in found[: len(RADII) - 1]] for name in COLORS}
     for record in found:
         result.setdefault(f"{record['engine']}, {record['method']}", []).append(record["rendered"])
@@ -82,7 +85,7 @@ def curves(found: Sequence[Record]) -> dict[str, list[float | None]]:
 
 
 def table(found: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return columns and rows for people: a row for each ring, R of each curve."""
+    """Return the columns and rows of a table of `records`: R of each curve, a row for each ring."""
     columns = curves(found)
     rows: list[tuple[str, ...]] = [
         (f"{inner:.2f}", f"{outer:.2f}", *(_figure(values[k]) for values in columns.values()))

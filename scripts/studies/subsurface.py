@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How near the group Subsurface comes to its model on a slab: records for the accuracy report.
+"""The accuracy of the group Subsurface on a slab.
 
-Every record has what was measured (`quantity`) of what (`case`), by which engine and method, `expected` and `got`, the `error` and,
-where pixels show it, the `noise`, which is the standard error of `got`; both as shares of `expected`. Lengths in mm.
+Every record has the `quantity` measured, its `case`, engine and method, the values `expected` and `got`, the relative `error` and,
+where pixels show it, the `noise`: the standard error of `got` over `expected`. Lengths are in mm.
 """
 
 import math
@@ -23,54 +23,54 @@ from true_diffuse.scenes.slab import Mean, slab
 from true_diffuse.scripts.studies.edge_profile import edge_width
 
 
-class Way(NamedTuple):
-    """A way to scatter light below a surface; `method` as the group's menu has it."""
+class Method(NamedTuple):
+    """A method of subsurface scattering: an engine, and an entry of the group's menu Method."""
 
     engine: Engine
-    method: str
+    entry: str
 
     @property
     def label(self) -> str:
-        """EEVEE has one method, whatever the menu says."""
-        return "screen space" if self.engine is EEVEE else self.method
+        """The method's name; EEVEE has one method, whatever the menu says."""
+        return "screen space" if self.engine is EEVEE else self.entry
 
 
-WALK, BURLEY = Way(CYCLES, "Random Walk"), Way(CYCLES, "Christensen-Burley")
-SCREEN = Way(EEVEE, "Random Walk")
-WAYS = (WALK, BURLEY, Way(CYCLES, "Random Walk (Skin)"), Way(CYCLES, "Random Walk (Legacy)"), SCREEN)
+WALK, BURLEY = Method(CYCLES, "Random Walk"), Method(CYCLES, "Christensen-Burley")
+SCREEN = Method(EEVEE, "Random Walk")
+METHODS = (WALK, BURLEY, Method(CYCLES, "Random Walk (Skin)"), Method(CYCLES, "Random Walk (Legacy)"), SCREEN)
 CHANNELS = ("red", "green", "blue")
-HALF_SPACE = 1000.0  # mean free paths across a slab: white light walks some 20 to either side
+HALF_SPACE = 1000.0  # mean free paths across a slab: white light travels about 20 to either side
 
 RADII = tuple(0.1 * 50.0 ** (k / 10) for k in range(11))  # of rings, in mean free paths, from 0.1 to 5
 RING_SAMPLES = 4096  # times 256 pixels: 0.8 % of noise at most, in the ring that holds 1.7 % of the light
 PROFILE_ALBEDO = 0.5
 
 MEDIA_SAMPLES = 2048
-# Cycles' samples by albedo: the fewer paths come back, the more; the width has 1 % of noise.
+# Cycles' samples by albedo, more where fewer paths return; the width has 1 % of noise.
 EDGE_SAMPLES, EDGE_SIZE = {0.1: 4096, 0.5: 1024, 0.8: 512}, (64, 32)
 EDGE_ALBEDOS = tuple(EDGE_SAMPLES)
 EDGE_VIEW = 4.0  # edge widths across Cycles' picture
-# EEVEE's picture needs 32 edge widths for what it scatters, and some pixels for each of them; 8 samples have no noise to speak of.
+# EEVEE scatters in screen space: its picture needs 32 edge widths, several pixels each; with 8 samples noise is negligible.
 SCREEN_VIEW, SCREEN_SIZE, SCREEN_SAMPLES = 32.0, (160, 160), 8
-# mm: EEVEE keeps radii in coarse steps, so that small ones are off
+# mean free paths [mm]; EEVEE stores radii in coarse steps, so that small ones are inaccurate
 PATHS = {CYCLES.key: (1.0,), EEVEE.key: (100.0, 10.0, 1.0)}
 TARGETS = (0.05, 0.1, 0.3, 0.5, 0.7, 0.9, 0.97)
 TARGET_MUS = (1.0, 0.5)
-# of Cycles: at least, and (1 - color) / color times as many for darker colors, so that the noise is 0.15 % at most
-TARGET_SAMPLES, TARGET_MOST = 512, 8192
+# Cycles' fewest and most; darker colors take (1 - color) / color times the fewest, so that noise is at most 0.15 %
+TARGET_SAMPLES, TARGET_MAX_SAMPLES = 512, 8192
 
 FURNACE_MUS = (1.0, 0.5, 0.2)
 WEIGHTS, ROUGHNESSES = (0.0, 0.5, 1.0), (0.1, 0.4, 1.0)
 FURNACE_SAMPLES = {CYCLES.key: 256, EEVEE.key: 16}
-FURNACE_PATH = 1.0  # mm, in cells of HALF_SPACE of it
+FURNACE_PATH = 1.0  # mean free path [mm]
 
-PARTS_OF_LIGHT = ("furnace, specular", "furnace, diffuse", "furnace, subsurface", "furnace, total")
-SHOWN = "Specular 1, roughness 0.4"  # of them in the table
+FURNACE_QUANTITIES = ("furnace, specular", "furnace, diffuse", "furnace, subsurface", "furnace, total")
+TABLE_SETTING = "Specular 1, roughness 0.4"  # the one that the table shows of a furnace
 
 UNITS = ((1.0, "metres"), (0.01, "centimetres"), (0.001, "millimetres"))
-UNIT_WAYS, UNIT_PATH = (WALK, BURLEY, SCREEN), 20.0  # the last in mm
-STIFF: tuple[tuple[str, tuple[float, float, float], tuple[float, float, float], float], ...] = (
-    # case, Color, Mean Free Path [mm], Blender's unit [m]
+UNIT_METHODS, UNIT_PATH = (WALK, BURLEY, SCREEN), 20.0  # the latter in mm
+EXTREME: tuple[tuple[str, tuple[float, float, float], tuple[float, float, float], float], ...] = (
+    # case, Color, Subsurface Radius [mm], Blender's unit [m]
     ("mean free path 0", (0.8, 0.5, 0.1), (0.0, 0.0, 0.0), 1.0),
     ("mean free path 0, color 1", (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), 1.0),
     ("mean free path 1e-3 mm, color 1", (1.0, 1.0, 1.0), (1e-3, 1e-3, 1e-3), 1.0),
@@ -85,21 +85,21 @@ STIFF: tuple[tuple[str, tuple[float, float, float], tuple[float, float, float], 
     ("scene scale 1e-3", (0.8, 0.5, 0.1), (1.0, 1.0, 1.0), 1e-3),
     ("scene scale 1e3", (0.8, 0.5, 0.1), (1.0, 1.0, 1.0), 1e3),
 )
-STIFF_CELL, STIFF_VIEW = 100.0, 10.0  # mm
-STIFF_SIZE, STIFF_SAMPLES = (48, 48), 64  # pixels: the mean of a column of 48 has 1 to 2 % of noise
+EXTREME_CELL, EXTREME_VIEW = 100.0, 10.0  # mm
+EXTREME_SIZE, EXTREME_SAMPLES = (48, 48), 64  # pixels: the mean of a column of 48 has 1 to 2 % of noise
 
 
-def material(way: Way, color: Sequence[float], path: Sequence[float], **inputs: float) -> bpy.types.Material:
-    """Return a material that scatters below its surface alone unless `inputs` say otherwise; `path` in mm."""
-    settings = {"Method": way.method, "Color": (*color, 1.0), "Subsurface Radius": tuple(path), "Specular": 0.0, **inputs}
-    return materials.create(f"{way.label} {color}", SUBSURFACE, **settings)
+def material(method: Method, color: Sequence[float], path: Sequence[float], **inputs: float) -> bpy.types.Material:
+    """Return a material with subsurface scattering alone, unless `inputs` say otherwise; `path` is the mean free path [mm]."""
+    settings = {"Method": method.entry, "Color": (*color, 1.0), "Subsurface Radius": tuple(path), "Specular": 0.0, **inputs}
+    return materials.create(f"{method.label} {color}", SUBSURFACE, **settings)
 
 
-def _record(case: str, way: Way, quantity: str, expected: float | None, got: float, noise: float | None = None) -> Record:
+def _record(case: str, method: Method, quantity: str, expected: float | None, got: float, noise: float | None = None) -> Record:
     return {
         "case": case,
-        "engine": way.engine.key,
-        "method": way.label,
+        "engine": method.engine.key,
+        "method": method.label,
         "quantity": quantity,
         "expected": expected,
         "got": got if math.isfinite(got) else None,
@@ -109,9 +109,9 @@ def _record(case: str, way: Way, quantity: str, expected: float | None, got: flo
 
 
 def profile(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield the light that Christensen-Burley in Cycles spreads into rings, against the closed form, and the RMS error of all.
+    """Yield the light that Cycles' Christensen-Burley spreads into rings, against the closed form, and the rings' RMS error.
 
-    One unit of work to `progress`.
+    It is one unit of work to `progress`.
     """
     if CYCLES not in used:
         return
@@ -129,78 +129,78 @@ def profile(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator
 
 
 def media(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield what each of the twelve media reflects of a beam along the normal, in Random Walk, against the exact reflectance.
+    """Yield each of the twelve media's reflectance of a beam at normal incidence, in Random Walk, against the exact one.
 
     Each medium is one unit of work to `progress`.
     """
     chosen = MEDIA[3::5] if quick else MEDIA
-    for way in _of((WALK, SCREEN), used):
-        for group in _together(way, chosen):
-            names = ", ".join(medium.name for medium in group)
-            with progress.step(f"Media  {way.engine.label}  {names}", len(group)):
-                colors = [[plane_albedo(alpha, subsurface_fit.MU) for alpha in medium.albedo] for medium in group]
-                shown = [material(way, color, medium.mean_free_path) for color, medium in zip(colors, group, strict=True)]
-                longest = max(max(medium.mean_free_path) for medium in group)
-                found = slab(HALF_SPACE * longest, len(group)).albedos(shown, way.engine, _samples(way, MEDIA_SAMPLES))
-            for medium, color, means in zip(group, colors, found, strict=True):
+    for method in _of((WALK, SCREEN), used):
+        for batch in _batches(method, chosen):
+            names = ", ".join(medium.name for medium in batch)
+            with progress.step(f"Media  {method.engine.label}  {names}", len(batch)):
+                colors = [[plane_albedo(alpha, subsurface_fit.MU) for alpha in medium.albedo] for medium in batch]
+                shown = [material(method, color, medium.mean_free_path) for color, medium in zip(colors, batch, strict=True)]
+                longest = max(max(medium.mean_free_path) for medium in batch)
+                found = slab(HALF_SPACE * longest, len(batch)).albedos(shown, method.engine, _samples(method, MEDIA_SAMPLES))
+            for medium, color, means in zip(batch, colors, found, strict=True):
                 for channel, expected, mean in zip(CHANNELS, color, means, strict=True):
-                    yield _record(f"{medium.name}, {channel}", way, "reflectance", expected, *mean)
+                    yield _record(f"{medium.name}, {channel}", method, "reflectance", expected, *mean)
 
 
-def _of(chosen: Sequence[Way], used: Sequence[Engine]) -> list[Way]:
-    return [way for way in chosen if way.engine in used]
+def _of(chosen: Sequence[Method], used: Sequence[Engine]) -> list[Method]:
+    return [method for method in chosen if method.engine in used]
 
 
-def _together[T](way: Way, items: Sequence[T]) -> list[Sequence[T]]:
-    """Return what goes into one picture: all in EEVEE, where a picture takes seconds to start; each by itself in Cycles."""
-    return [items] if way.engine is EEVEE else [[item] for item in items]
+def _batches[T](method: Method, items: Sequence[T]) -> list[Sequence[T]]:
+    """Return the items of each picture: all in one in EEVEE, where a picture takes seconds to start; one each in Cycles."""
+    return [items] if method.engine is EEVEE else [[item] for item in items]
 
 
-def _samples(way: Way, wanted: int) -> int:
-    """Return the samples of a slab lit all over: in EEVEE one is as good as many."""
-    return wanted if way.engine is CYCLES else 1
+def _samples(method: Method, samples: int) -> int:
+    """Return the samples for an evenly lit slab: in EEVEE one is as good as many."""
+    return samples if method.engine is CYCLES else 1
 
 
 def edges(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield the width of a shadow's edge for some albedos, against the model's [mm]. Each is one unit of work to `progress`."""
-    for way in _of(WAYS, used):
+    """Yield the width [mm] of a shadow's edge for several albedos, against the model's. Each is one unit to `progress`."""
+    for method in _of(METHODS, used):
         for albedo in EDGE_ALBEDOS[1:2] if quick else EDGE_ALBEDOS:
-            for path in PATHS[way.engine.key][: 1 if quick else None]:
-                with progress.step(f"Edge  {way.engine.label}  {way.label}  albedo {albedo:g}  {path:g} mm", 1.0):
-                    got = width(way, albedo, path)
+            for path in PATHS[method.engine.key][: 1 if quick else None]:
+                with progress.step(f"Edge  {method.engine.label}  {method.label}  albedo {albedo:g}  {path:g} mm", 1.0):
+                    got = width(method, albedo, path)
                 case = f"albedo {albedo:g}, mean free path {path:g} mm"
-                yield _record(case, way, "edge width [mm]", path * subsurface_fit.edge_width(albedo), got)
+                yield _record(case, method, "edge width [mm]", path * subsurface_fit.edge_width(albedo), got)
 
 
-def width(way: Way, albedo: float, path: float, scale_length: float = 1.0) -> float:
+def width(method: Method, albedo: float, path: float, scale_length: float = 1.0) -> float:
     """Return the 25-75 % width of a shadow's edge [mm]; `albedo` is one of EDGE_ALBEDOS."""
     expected = path * subsurface_fit.edge_width(albedo)
-    if way.engine is EEVEE:
+    if method.engine is EEVEE:
         view, size, samples = SCREEN_VIEW * expected, SCREEN_SIZE, SCREEN_SAMPLES
     else:
         view, size, samples = EDGE_VIEW * expected, EDGE_SIZE, EDGE_SAMPLES[albedo]
     body = slab(max(HALF_SPACE * path, 1.5 * view), scale_length=scale_length)
-    profile = body.edge(material(way, (albedo,) * 3, (path,) * 3), way.engine, samples, size, view)[0]
+    profile = body.edge(material(method, (albedo,) * 3, (path,) * 3), method.engine, samples, size, view)[0]
     return edge_width(profile, view / size[0])
 
 
 def targets(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield what a slab lit all over shows of each color asked for, at two N.V. Each is one unit of work to `progress`."""
-    for way in _of(WAYS, used):
+    """Yield the albedo of an evenly lit slab for each Color, at two N.V. Each is one unit of work to `progress`."""
+    for method in _of(METHODS, used):
         for mu in TARGET_MUS[:1] if quick else TARGET_MUS:
-            for group in _together(way, TARGETS[1::2] if quick else TARGETS):
-                colors = ", ".join(f"{color:g}" for color in group)
-                with progress.step(f"Albedo  {way.engine.label}  {way.label}  {colors}  N.V {mu:g}", len(group)):
-                    shown = [material(way, (color,) * 3, (1.0,) * 3) for color in group]
-                    darkest = min(group)
-                    wanted = min(TARGET_MOST, max(TARGET_SAMPLES, int(TARGET_SAMPLES * (1.0 - darkest) / darkest)))
-                    found = slab(HALF_SPACE, len(group)).albedos(shown, way.engine, _samples(way, wanted), mu)
-                for color, (mean, *_) in zip(group, found, strict=True):
-                    yield _record(f"color {color:g}, N.V {mu:g}", way, "albedo", color, *mean)
+            for batch in _batches(method, TARGETS[1::2] if quick else TARGETS):
+                colors = ", ".join(f"{color:g}" for color in batch)
+                with progress.step(f"Albedo  {method.engine.label}  {method.label}  {colors}  N.V {mu:g}", len(batch)):
+                    shown = [material(method, (color,) * 3, (1.0,) * 3) for color in batch]
+                    darkest = min(batch)
+                    most = min(TARGET_MAX_SAMPLES, max(TARGET_SAMPLES, int(TARGET_SAMPLES * (1.0 - darkest) / darkest)))
+                    found = slab(HALF_SPACE, len(batch)).albedos(shown, method.engine, _samples(method, most), mu)
+                for color, (mean, *_) in zip(batch, found, strict=True):
+                    yield _record(f"color {color:g}, N.V {mu:g}", method, "albedo", color, *mean)
 
 
 class Setting(NamedTuple):
-    """The weights of the group in a furnace."""
+    """The group's inputs in a furnace."""
 
     subsurface: float
     specular: float
@@ -211,29 +211,30 @@ SETTINGS = [Setting(*row) for row in ((w, s, r) for s in WEIGHTS for r in ROUGHN
 
 
 def furnace(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield how the white group splits the light of a white world, and the sum of the parts. Each N.V is one unit to `progress`.
+    """Yield the specular, diffuse and subsurface light of the white group in a white world. Each N.V is one unit to `progress`.
 
-    What is left with a black Color is specular; that subtracted, the rest at Subsurface 0 is diffuse, at 1 subsurface, and between
-    them in proportion. `error` is that of the sum, which the total is held against.
+    With a black Color all light is specular; the rest is diffuse at Subsurface 0, subsurface at 1, and mixed in proportion between.
+    The total is compared with the sum of these.
     """
     body, world = slab(HALF_SPACE * FURNACE_PATH, 9, 3), uniform_world()
-    for way in _of((WALK, SCREEN), used):
+    for method in _of((WALK, SCREEN), used):
         for mu in FURNACE_MUS[1:2] if quick else FURNACE_MUS:
-            with progress.step(f"Furnace  {way.engine.label}  N.V {mu:g}", 1.0):
+            samples = FURNACE_SAMPLES[method.engine.key]
+            with progress.step(f"Furnace  {method.engine.label}  N.V {mu:g}", 1.0):
                 white, black = (
-                    [mean for mean, *_ in body.albedos(_grid(way, color), way.engine, FURNACE_SAMPLES[way.engine.key], mu, world)]
+                    [mean for mean, *_ in body.albedos(_grid(method, color), method.engine, samples, mu, world)]
                     for color in (1.0, 0.0)
                 )
             total, specular = (dict(zip(SETTINGS, means, strict=True)) for means in (white, black))
             for setting in SETTINGS:
-                yield from _split(way, mu, setting, total, specular)
+                yield from _split(method, mu, setting, total, specular)
             brightest = max(total.values())
-            yield _record(f"N.V {mu:g}", way, "furnace, greatest total", 1.0, *brightest)
-            yield _record(f"N.V {mu:g}", way, "furnace, beyond monotone", 0.0, _beyond_monotone(total))
+            yield _record(f"N.V {mu:g}", method, "furnace, greatest total", 1.0, *brightest)
+            yield _record(f"N.V {mu:g}", method, "furnace, beyond monotone", 0.0, _beyond_monotone(total))
 
 
 def _beyond_monotone(total: dict[Setting, Mean]) -> float:
-    """Return by how much a total at half a weight is above or below those at both of its ends, at most."""
+    """Return the most by which the total at half a weight lies outside the totals at its ends."""
     worst = 0.0
     for setting, middle in total.items():
         for name in ("subsurface", "specular"):
@@ -243,87 +244,87 @@ def _beyond_monotone(total: dict[Setting, Mean]) -> float:
     return worst
 
 
-def _grid(way: Way, color: float) -> list[bpy.types.Material]:
-    return [
-        material(
-            way,
-            (color,) * 3,
-            (FURNACE_PATH,) * 3,
-            **{"Subsurface": setting.subsurface, "Specular": setting.specular, "Specular Roughness": setting.roughness},
-        )
-        for setting in SETTINGS
-    ]
+def _grid(method: Method, color: float) -> list[bpy.types.Material]:
+    names = ("Subsurface", "Specular", "Specular Roughness")
+    inputs = (dict(zip(names, setting, strict=True)) for setting in SETTINGS)
+    return [material(method, (color,) * 3, (FURNACE_PATH,) * 3, **weights) for weights in inputs]
 
 
-def _split(way: Way, mu: float, setting: Setting, total: dict[Setting, Mean], specular: dict[Setting, Mean]) -> Iterator[Record]:
+def _split(
+    method: Method, mu: float, setting: Setting, total: dict[Setting, Mean], specular: dict[Setting, Mean]
+) -> Iterator[Record]:
     weight, case = setting.subsurface, f"Subsurface {setting.subsurface:g}, Specular {setting.specular:g}"
     case += f", roughness {setting.roughness:g}, N.V {mu:g}"
     coat = specular[setting].value
     diffuse, scattered = (total[setting._replace(subsurface=end)].value - coat for end in (0.0, 1.0))
     parts = (coat, (1.0 - weight) * diffuse, weight * scattered)
-    for quantity, part in zip(PARTS_OF_LIGHT, parts, strict=False):
-        yield _record(case, way, quantity, None, part)
-    yield _record(case, way, PARTS_OF_LIGHT[-1], sum(parts), *total[setting])
+    for quantity, part in zip(FURNACE_QUANTITIES, parts, strict=False):
+        yield _record(case, method, quantity, None, part)
+    yield _record(case, method, FURNACE_QUANTITIES[-1], sum(parts), *total[setting])
 
 
 def units(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield the width of an edge on the same slab modelled in several units. Each is one unit to `progress`."""
-    for way in _of((UNIT_WAYS[1:2] if quick else UNIT_WAYS), used):
+    """Yield the width of an edge on the same slab modelled in several scene units. Each is one unit of work to `progress`."""
+    for method in _of((UNIT_METHODS[1:2] if quick else UNIT_METHODS), used):
         for scale_length, name in UNITS:
-            with progress.step(f"Units  {way.engine.label}  {way.label}  {name}", 1.0):
-                got = width(way, 0.5, UNIT_PATH, scale_length)
-            yield _record(f"slab in {name}", way, "edge width [mm]", UNIT_PATH * subsurface_fit.edge_width(0.5), got)
+            with progress.step(f"Units  {method.engine.label}  {method.label}  {name}", 1.0):
+                got = width(method, 0.5, UNIT_PATH, scale_length)
+            yield _record(f"slab in {name}", method, "edge width [mm]", UNIT_PATH * subsurface_fit.edge_width(0.5), got)
 
 
-def stiff(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield the least and the greatest value of slabs with inputs at their ends, half in shadow. Each is one unit to `progress`.
+def extreme(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
+    """Yield the smallest and largest radiance of half-shadowed slabs with extreme inputs. Each is one unit to `progress`.
 
-    Light, at most 1 everywhere, cannot become more by scattering, but for noise. `got` is None where a value is not finite.
+    Scattering cannot raise it above 1, except for noise. `got` is None where a value is not finite.
     """
-    for way in _of(WAYS[:1] if quick else WAYS, used):
-        for case, color, path, scale_length in STIFF:
-            with progress.step(f"Stiff  {way.engine.label}  {way.label}  {case}", 1.0):
-                body, samples = slab(STIFF_CELL, scale_length=scale_length), _samples(way, STIFF_SAMPLES)
-                profiles = body.edge(material(way, color, path), way.engine, samples, STIFF_SIZE, STIFF_VIEW)
+    for method in _of(METHODS[:1] if quick else METHODS, used):
+        for case, color, path, scale_length in EXTREME:
+            with progress.step(f"Extremes  {method.engine.label}  {method.label}  {case}", 1.0):
+                body, samples = slab(EXTREME_CELL, scale_length=scale_length), _samples(method, EXTREME_SAMPLES)
+                profiles = body.edge(material(method, color, path), method.engine, samples, EXTREME_SIZE, EXTREME_VIEW)
             values = [value for profile in profiles for value in profile]
             least, greatest = (min(values), max(values)) if all(map(math.isfinite, values)) else (math.nan, math.nan)
-            yield {**_record(case, way, "least", 0.0, least), "error": max(0.0, -least)}
-            yield {**_record(case, way, "greatest", 1.0, greatest), "error": max(0.0, greatest - 1.0)}
+            yield {**_record(case, method, "least", 0.0, least), "error": max(0.0, -least)}
+            yield {**_record(case, method, "greatest", 1.0, greatest), "error": max(0.0, greatest - 1.0)}
 
 
-class Part(NamedTuple):
-    """A part of the measure; `work` says how many units `records` counts, where `quick` may be."""
+class Measurement(NamedTuple):
+    """One section of the report: `records` for the engines used, possibly `quick`, and the units of `work` it reports."""
 
     title: str
     records: Callable[[Sequence[Engine], bool, Progress], Iterator[Record]]
     work: Callable[[Sequence[Engine], bool], int]
 
 
-def _edges_work(used: Sequence[Engine], quick: bool) -> int:
-    return sum(1 if quick else len(EDGE_ALBEDOS) * len(PATHS[way.engine.key]) for way in _of(WAYS, used))
-
-
-def _targets_work(used: Sequence[Engine], quick: bool) -> int:
-    return len(_of(WAYS, used)) * (len(TARGETS[1::2]) if quick else len(TARGETS) * len(TARGET_MUS))
-
-
-PARTS = (
-    Part("Profile of Christensen-Burley", profile, lambda used, _quick: int(CYCLES in used)),
-    Part("Reflectance of the twelve media", media, lambda used, quick: len(used) * len(MEDIA[3::5] if quick else MEDIA)),
-    Part("Width of a shadow's edge, 25 to 75 %", edges, _edges_work),
-    Part("Albedo of a slab lit all over", targets, _targets_work),
-    Part("White furnace", furnace, lambda used, quick: len(used) * (1 if quick else len(FURNACE_MUS))),
-    Part("Unit scale", units, lambda used, quick: len(UNITS) * len(_of((UNIT_WAYS[1:2] if quick else UNIT_WAYS), used))),
-    Part("Stiff inputs, half in shadow", stiff, lambda used, quick: len(STIFF) * len(_of(WAYS[:1] if quick else WAYS, used))),
+MEASUREMENTS = (
+    Measurement("Profile of Christensen-Burley", profile, lambda used, _: int(CYCLES in used)),
+    Measurement("Reflectance of the twelve media", media, lambda used, quick: len(used) * len(MEDIA[3::5] if quick else MEDIA)),
+    Measurement(
+        "Width of a shadow's edge, 25 to 75 %",
+        edges,
+        lambda used, quick: sum(1 if quick else len(EDGE_ALBEDOS) * len(PATHS[m.engine.key]) for m in _of(METHODS, used)),
+    ),
+    Measurement(
+        "Albedo of an evenly lit slab",
+        targets,
+        lambda used, quick: len(_of(METHODS, used)) * (len(TARGETS[1::2]) if quick else len(TARGETS) * len(TARGET_MUS)),
+    ),
+    Measurement("White furnace", furnace, lambda used, quick: len(used) * (1 if quick else len(FURNACE_MUS))),
+    Measurement("Unit scale", units, lambda used, quick: len(UNITS) * len(_of(UNIT_METHODS[1:2] if quick else UNIT_METHODS, used))),
+    Measurement(
+        "Extreme inputs, half in shadow",
+        extreme,
+        lambda used, quick: len(EXTREME) * len(_of(METHODS[:1] if quick else METHODS, used)),
+    ),
 )
 
 
 def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return columns and rows for people: what each way gives and, in brackets, its error in %; of a furnace one split."""
+    """Return the columns and rows of a table of `records`: each method's value and, in brackets, its error in percent."""
     columns = list(dict.fromkeys(_column(record) for record in records))
     groups: dict[tuple[str, ...], dict[str, str]] = {}
     for record in records:
-        if record["quantity"] not in PARTS_OF_LIGHT or SHOWN in record["case"]:
+        if record["quantity"] not in FURNACE_QUANTITIES or TABLE_SETTING in record["case"]:
             expected = "-" if record["expected"] is None else f"{record['expected']:.4g}"
             groups.setdefault((record["case"], record["quantity"], expected), {})[_column(record)] = _got(record)
     rows: list[tuple[str, ...]] = [(*key, *(row.get(column, "-") for column in columns)) for key, row in groups.items()]
