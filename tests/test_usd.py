@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""USD: what Blender's own exporter writes of our materials, as OpenUSD and MaterialX without Blender have it, and the way back."""
+"""USD and glTF: our materials as Blender's exporters write them, read by other programs and imported again."""
 
 import json
 import math
@@ -19,7 +19,7 @@ import pytest
 from true_diffuse.addon import glTF2ExportUserExtension, models, usd
 from true_diffuse.addon.blender import report
 from true_diffuse.addon.material import materials, presets
-from true_diffuse.addon.material.read import group_node, plain
+from true_diffuse.addon.material.read import group_node, identifier, plain
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 from true_diffuse.addon.nodes.rough_diffuse import QUALITIES
 from true_diffuse.addon.nodes.rough_models import KINDS
@@ -45,19 +45,19 @@ INSPECT = """
 import json, sys
 from pxr import Usd, UsdGeom, UsdShade
 stage = Usd.Stage.Open(sys.argv[1])
-def value(given):
-    sources = given.GetConnectedSources()[0]
+def value(socket):
+    sources = socket.GetConnectedSources()[0]
     if sources:
         return f"{sources[0].source.GetPrim().GetName()}.{sources[0].sourceName}"
-    got = given.Get()
-    return list(got) if hasattr(got, "__len__") and not isinstance(got, str) else getattr(got, "path", got)
+    result = socket.Get()
+    return list(result) if hasattr(result, "__len__") and not isinstance(result, str) else getattr(result, "path", result)
 seen = {"metersPerUnit": UsdGeom.GetStageMetersPerUnit(stage), "materials": {}, "bound": {}}
 for prim in stage.Traverse():
     if prim.IsA(UsdShade.Material):
         shaders = {}
         for child in prim.GetChildren():
             shader = UsdShade.Shader(child)
-            shaders[child.GetName()] = {given.GetBaseName(): value(given) for given in shader.GetInputs()}
+            shaders[child.GetName()] = {socket.GetBaseName(): value(socket) for socket in shader.GetInputs()}
             shaders[child.GetName()]["id"] = shader.GetShaderId()
         outputs = {output.GetFullName().removeprefix("outputs:"): value(output) for output in UsdShade.Material(prim).GetOutputs()}
         data = prim.GetCustomDataByKey("trueDiffuse") or {}
@@ -128,7 +128,7 @@ def picture(path: Path, name: str = "painted") -> bpy.types.Image:
     return image
 
 
-def feed(material: bpy.types.Material, socket: str, image: bpy.types.Image | None) -> bpy.types.Node:
+def link_image(material: bpy.types.Material, socket: str, image: bpy.types.Image | None) -> bpy.types.Node:
     tree = material.node_tree
     node = tree.nodes.new("ShaderNodeTexImage")
     node.image = image
@@ -157,7 +157,7 @@ def test_others_find_no_fault_and_generate_shaders(tmp_path: Path) -> None:
     show(materials.create("Shiny", SPECULAR_GROUP))
     painted = materials.create("Painted", SUBSURFACE)
     for socket in ("Color", "Roughness", "Subsurface Radius", "Specular Roughness"):
-        feed(painted, socket, picture(tmp_path / f"{socket.replace(' ', '')}.png", socket))
+        link_image(painted, socket, picture(tmp_path / f"{socket.replace(' ', '')}.png", socket))
     show(painted)
     marked = rough("EON", 0.5)
     materials.paint(marked, group_node(marked)[0].inputs["Color"], "Albedo", 0.7)
@@ -186,7 +186,7 @@ def test_closure_and_preview_have_the_models_albedo(tmp_path: Path) -> None:
     found = inspect(export(tmp_path / "all.usda"))["materials"]
     said = report.take()
     for model, formula in FORMULAS.items():
-        material = found[f"{model} 0.4".replace("-", "_").replace(" ", "_").replace(".", "_")]
+        material = found[identifier(f"{model} 0.4")]
         assert material["outputs"] == {"surface": "Preview_surface.surface", "mtlx:surface": "MaterialX_surface.out"}
         expected = [average(formula, rho) for rho in COLOR[:3]]
 
@@ -291,14 +291,14 @@ def test_round_trip_is_equal(tmp_path: Path) -> None:
 @pytest.mark.parametrize("suffix", ["usda", "usdz"])
 def test_textures_are_carried_and_come_back(suffix: str, tmp_path: Path) -> None:
     material = rough("Fujii", 0.4)
-    node = feed(material, "Color", picture(tmp_path / "in.png"))
+    node = link_image(material, "Color", picture(tmp_path / "in.png"))
     node.extension = "MIRROR"
     uv = material.node_tree.nodes.new("ShaderNodeUVMap")
     uv.uv_map = "Second Map"
     material.node_tree.links.new(uv.outputs["UV"], node.inputs["Vector"])
     data = picture(tmp_path / "sigma.png", "sigma")
     data.colorspace_settings.name = "Non-Color"
-    feed(material, "Roughness", data)
+    link_image(material, "Roughness", data)
     show(material)
     path = export(tmp_path / f"one.{suffix}")
     assert [record["problems"] for record in check(path)] == [[], []]
@@ -344,7 +344,7 @@ def test_color_attribute_is_carried_and_comes_back(tmp_path: Path) -> None:
     assert scale.inputs["Vector"].links[0].from_node.attribute_name == "my_color"
 
 
-def test_what_feeds_a_socket_and_cannot_be_carried_is_said(tmp_path: Path) -> None:
+def test_unsupported_link_is_reported(tmp_path: Path) -> None:
     material = rough("EON")
     tree, node = material.node_tree, group_node(material)[0]
     tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs["Color"], node.inputs["Color"])
@@ -355,7 +355,9 @@ def test_what_feeds_a_socket_and_cannot_be_carried_is_said(tmp_path: Path) -> No
     material = inspect(export(tmp_path / "one.usda"))["materials"]["EON_0_4"]
     assert material["shaders"]["MaterialX_diffuse"]["roughness"] == pytest.approx(0.25)
     assert material["shaders"]["MaterialX_diffuse"]["color"] == pytest.approx(COLOR[:3])
-    assert material["notCarried"] == ["Color: Color of the node Noise Texture cannot be carried, its own value is written instead"]
+    assert material["notCarried"] == [
+        "Color: the output Color of the node Noise Texture is not supported, the socket's own value is written"
+    ]
 
 
 def test_other_materials_and_other_hooks_are_left_alone(tmp_path: Path) -> None:
@@ -423,11 +425,11 @@ def test_two_names_on_one_mesh_are_said(tmp_path: Path) -> None:
 def test_missing_texture_and_broken_link(tmp_path: Path) -> None:
     material = rough("EON")
     image = picture(tmp_path / "gone.png")
-    feed(material, "Color", image)
+    link_image(material, "Color", image)
     (tmp_path / "gone.png").unlink()
     image.reload()
     empty = rough("Oren-Nayar")
-    feed(empty, "Color", None)
+    link_image(empty, "Color", None)
     cut = rough("Lambert")
     cut.node_tree.links.remove(cut.node_tree.get_output_node("ALL").inputs["Surface"].links[0])
     lost = rough("Fujii")
@@ -488,7 +490,7 @@ def test_gltf_has_color_and_roughness(tmp_path: Path) -> None:
     show(materials.create("Coated", SUBSURFACE, Color=COLOR))
     show(materials.create("Shiny", SPECULAR_GROUP, Color=COLOR))
     painted = rough("EON")
-    feed(painted, "Color", picture(tmp_path / "in.png"))
+    link_image(painted, "Color", picture(tmp_path / "in.png"))
     show(painted)
     bpy.data.materials.new("Other")
     addon = bpy.context.preferences.addons.new()
@@ -547,7 +549,7 @@ def test_script(tmp_path: Path) -> None:
     show(materials.create("Chalk", ROUGH_DIFFUSE))
     show(rough("EON"))
     painted = materials.create("Skin", SUBSURFACE)
-    feed(painted, "Color", picture(tmp_path / "in.png"))
+    link_image(painted, "Color", picture(tmp_path / "in.png"))
     show(painted)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "own.blend"), copy=True)
     for _ in range(2):  # the second time over what is there

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Blender's glTF exporter writes of our materials."""
+"""Our materials in glTF, through Blender's exporter."""

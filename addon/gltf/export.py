@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Takes part in Blender's own File > Export > glTF, which by itself writes nothing of a material made of a group.
+"""Fills in our materials in Blender's own File > Export > glTF, which by itself writes nothing for a material made of a group.
 
 glTF has Lambert and one GGX lobe, as UsdPreviewSurface does, so it gets the same: the model's average albedo as base color, and the
-coat. Without a coat KHR_materials_specular switches the lobe off.
+coat as the lobe. Without a coat KHR_materials_specular switches the lobe off.
 """
 
 from typing import TYPE_CHECKING
@@ -11,7 +11,7 @@ import bpy
 
 from ..blender import report
 from ..material.read import Names, group_node, identifier, read
-from ..material.surface import Image, slope
+from ..material.surface import Image, texture_factor
 from ..models.geometry import clamp
 from ..usd import preview
 
@@ -21,15 +21,15 @@ if TYPE_CHECKING:
 FAILURES = (RuntimeError, TypeError, ValueError, LookupError, AttributeError, ImportError, ArithmeticError, OSError)
 
 
-def gather_material(made: "Material", material: bpy.types.Material, settings: dict) -> None:
-    """Fill in `made`, the glTF material of one of ours, by the exporter's `settings`; the export goes on whatever happens."""
+def gather_material(gltf_material: "Material", material: bpy.types.Material, settings: dict) -> None:
+    """Fill in the glTF material of one of our materials by the exporter's `settings`; reports a failure instead of raising."""
     try:
-        _fill(made, material, settings)
+        _fill(gltf_material, material, settings)
     except FAILURES as error:
         report.add(material.name, f"is left as Blender has it: {error or type(error).__name__}")
 
 
-def _fill(made: "Material", material: bpy.types.Material, settings: dict) -> None:
+def _fill(gltf_material: "Material", material: bpy.types.Material, settings: dict) -> None:
     found = group_node(material)
     if found is None:
         return
@@ -37,18 +37,18 @@ def _fill(made: "Material", material: bpy.types.Material, settings: dict) -> Non
     from io_scene_gltf2.io.com.gltf2_io_extensions import Extension
 
     node = found[0]
-    surface, lost = read(*found, Names(lambda image: image.name, identifier))
-    law, source = preview.albedo(surface), surface.fed.get("Color")
+    surface, unsupported = read(*found, Names(lambda image: image.name, identifier)).supported(("Color",), ())
+    albedo, source = preview.albedo(surface), surface.linked.get("Color")
     texture = None
-    red, green, blue = map(law, surface.rgb("Color"))
+    red, green, blue = map(albedo, surface.rgb("Color"))
     if isinstance(source, Image):
         texture = _texture(material, node.inputs["Color"], settings)
         if texture:
-            red = green = blue = clamp(source.factor * slope(law), 0.0, 1.0)
-    elif source:
-        lost.append("Color: a color attribute cannot be carried to glTF, its own value is written instead")
+            red = green = blue = clamp(source.factor * texture_factor(albedo), 0.0, 1.0)
+        else:
+            unsupported.append(f"Color: the image {source.file} has no file, the socket's own value is written")
     gloss = preview.gloss(surface)
-    made.pbr_metallic_roughness = MaterialPBRMetallicRoughness(
+    gltf_material.pbr_metallic_roughness = MaterialPBRMetallicRoughness(
         base_color_factor=[red, green, blue, 1.0],
         base_color_texture=texture,
         extensions=None,
@@ -57,18 +57,18 @@ def _fill(made: "Material", material: bpy.types.Material, settings: dict) -> Non
         metallic_roughness_texture=None,
         roughness_factor=gloss.roughness,
     )
-    made.extensions = dict(made.extensions or {})
+    gltf_material.extensions = dict(gltf_material.extensions or {})
     extensions = {"KHR_materials_specular": {"specularFactor": gloss.weight}}
     if gloss.weight > 0.0:
         extensions["KHR_materials_ior"] = {"ior": gloss.ior}
     for name, values in extensions.items():
-        made.extensions[name] = Extension(name, values, False)
-    for text in lost:
-        report.add(material.name, text)
+        gltf_material.extensions[name] = Extension(name, values, False)
+    for message in unsupported:
+        report.add(material.name, message)
 
 
 def _texture(material: bpy.types.Material, socket: bpy.types.NodeSocket, settings: dict) -> object | None:
-    """Return the exporter's texture of the image that feeds `socket`, None where it has no file."""
+    """Return the exporter's texture for the image linked to `socket`, None where that has no file."""
     from io_scene_gltf2.blender.exp.material.search_node_tree import NodeSocket
     from io_scene_gltf2.blender.exp.material.texture_info import gather_texture_info
 

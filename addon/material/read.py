@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads from a Blender material which of our groups is its surface, with what values, and what feeds them."""
+"""Reads a Blender material into a `Surface`: the group that makes its surface, the values of its sockets, and what is linked."""
 
 import re
 import struct
@@ -9,40 +9,35 @@ from typing import NamedTuple
 import bpy
 
 from ..models.color import LUMINANCE
-from ..nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group
+from ..nodes import GROUPS, Group
 from ..nodes.graph import stamp_of
 from .surface import Attribute, Image, Rgb, Setting, Source, Surface, rgb
+from .upgrade import current_name, current_value
 
+# By the Extension of an image node
 WRAPS = {"REPEAT": "periodic", "EXTEND": "clamp", "CLIP": "black", "MIRROR": "mirror"}
-DEFAULT_UV, DEFAULT_COLOR = "st", "displayColor"  # what Blender calls the UV map and the color attribute in use, in USD
-# Sockets whose textures and attributes are carried; those of other sockets leave the socket's own value.
-CARRIED = {
-    ROUGH_DIFFUSE.key: ("Color", "Roughness"),
-    SUBSURFACE.key: ("Color", "Roughness", "Subsurface", "Subsurface Radius", "Specular", "Specular Roughness"),
-    SPECULAR_GROUP.key: ("Color",),
-}
-NUMBERS = {"Roughness", "Subsurface", "Specular", "Specular Roughness"}
+DEFAULT_UV, DEFAULT_COLOR = "st", "displayColor"  # names in USD of the active UV map and color attribute
 
 
 class Names(NamedTuple):
-    """How images and attributes are called where they go. `image` raises Lost where its file is missing."""
+    """How a target names images, and attributes and UV maps. `image` raises UnsupportedInput where it has no file."""
 
     image: Callable[[bpy.types.Image], str]
     attribute: Callable[[str], str]
 
 
-class Lost(Exception):
-    """Something of a material that USD cannot hold; the message says what."""
+class UnsupportedInput(Exception):
+    """A link to more than an image, a color attribute or a constant times a constant; the message describes its source."""
 
 
 def group_node(material: bpy.types.Material) -> tuple[bpy.types.Node, Group, int] | None:
-    """Return the node of one of our groups that is the surface of `material`, for any engine, with the group and its version."""
+    """Return the group node that is the surface of `material` in any engine, the group and its version; None for others."""
     tree = material.node_tree
     if tree is None:
         return None
     for target in ("ALL", "EEVEE", "CYCLES"):
         output = tree.get_output_node(target)
-        source = feeding(output.inputs["Surface"]) if output else None
+        source = source_socket(output.inputs["Surface"]) if output else None
         node = source.node if source else None
         if node and not node.mute:
             key, version = stamp_of(node)
@@ -52,32 +47,32 @@ def group_node(material: bpy.types.Material) -> tuple[bpy.types.Node, Group, int
     return None
 
 
-def read(node: bpy.types.Node, group: Group, version: int, names: Names) -> tuple[Surface, list[str]]:
-    """Return what the group node says, and what of it USD cannot hold, in words."""
+def read(node: bpy.types.Node, group: Group, version: int, names: Names) -> Surface:
+    """Return the surface that `node`, of a `version` of `group`, describes, with the names and entries of this version.
+
+    Inputs that an older version lacks have their defaults.
+    """
     inputs: dict[str, Setting] = {socket.name: _default(socket.default) for socket in group.inputs}
-    fed: dict[str, Source] = {}
-    lost = []
+    linked: dict[str, Source] = {}
+    unreadable: dict[str, str] = {}
     for socket in node.inputs:
-        inputs[socket.name] = plain(socket.default_value)
-        if feeding(socket) is None:
-            if socket.is_linked:
-                lost.append(f"{socket.name}: the link to it is broken")
+        name = current_name(socket.name)
+        inputs[name] = current_value(name, plain(socket.default_value))
+        if all(link.is_muted for link in socket.links):
             continue
         try:
             source = _source(socket, names)
-            if not isinstance(source, (Image, Attribute)):
-                inputs[socket.name] = _fitting(source, inputs[socket.name])
-            elif socket.name not in CARRIED[group.key] or (socket.name in NUMBERS and isinstance(source, Attribute)):
-                raise Lost("what feeds it")
+            if isinstance(source, (Image, Attribute)):
+                linked[name] = source
             else:
-                fed[socket.name] = source
-        except Lost as error:
-            lost.append(f"{socket.name}: {error} cannot be carried, its own value is written instead")
-    return Surface(group.key, version, inputs, fed), lost
+                inputs[name] = _converted(source, inputs[name])
+        except UnsupportedInput as error:
+            unreadable[name] = str(error)
+    return Surface(group.key, version, inputs, linked, unreadable)
 
 
-def feeding(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
-    """Return the output that feeds `socket`, past reroutes; None where nothing does."""
+def source_socket(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
+    """Return the output linked to `socket`, through reroutes; None where there is none."""
     while True:
         link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
         if link is None or link.from_node.type != "REROUTE":
@@ -86,7 +81,7 @@ def feeding(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
 
 
 def read_input(socket: bpy.types.NodeSocket, names: Names) -> tuple[Setting, Source | None]:
-    """Return a socket's value, its own or that of the constant which feeds it, and the image or attribute that takes its place."""
+    """Return a socket's value, which is that of a constant linked to it if any, and the image or attribute linked to it."""
     own = plain(socket.default_value)
     if not socket.is_linked:
         return own, None
@@ -94,13 +89,13 @@ def read_input(socket: bpy.types.NodeSocket, names: Names) -> tuple[Setting, Sou
         source = _source(socket, names)
         if isinstance(source, (Image, Attribute)):
             return own, source
-        return _fitting(source, own), None
-    except Lost:
+        return _converted(source, own), None
+    except UnsupportedInput:
         return own, None
 
 
 def read_number(socket: bpy.types.NodeSocket, names: Names) -> float:
-    """Return a number's socket's value, or that of the constant which feeds it."""
+    """Return the value of a number socket as `read_input` does; raises TypeError where it is of another type."""
     value, _ = read_input(socket, names)
     if not isinstance(value, (int, float)):
         raise TypeError(f"{socket.name} is {value!r}, not a number")
@@ -108,13 +103,13 @@ def read_number(socket: bpy.types.NodeSocket, names: Names) -> float:
 
 
 def read_color(socket: bpy.types.NodeSocket, names: Names) -> tuple[Rgb, Source | None]:
-    """Return what read_input does of a color socket."""
+    """Return the color, and the image or attribute, of a color socket as `read_input` does."""
     value, source = read_input(socket, names)
     return rgb(value), source
 
 
 def plain(value: Setting | Sequence[float]) -> Setting:
-    """Return a socket's value as plain numbers, each the shortest decimal that is the same 32-bit float."""
+    """Return a socket's value with each 32-bit float as the shortest decimal number that rounds to it."""
     if isinstance(value, str):
         return value
     if isinstance(value, (int, float)):
@@ -135,10 +130,10 @@ def _shortest(value: float) -> float:
     return float(f"{value:.9g}")
 
 
-def _fitting(value: Setting, shape: Setting) -> Setting:
-    """Return a constant that feeds a socket of another `shape` as Blender converts it."""
+def _converted(value: Setting, shape: Setting) -> Setting:
+    """Return the value of a constant linked to a socket whose own value is `shape`, converted between types as Blender does."""
     if isinstance(value, str) or isinstance(shape, str):
-        raise Lost("a menu's link")
+        raise UnsupportedInput("an entry of a menu")
     numbers = value if isinstance(value, tuple) else (float(value),) * 3
     if isinstance(shape, tuple):
         return (*numbers, 1.0)[: len(shape)]
@@ -147,13 +142,13 @@ def _fitting(value: Setting, shape: Setting) -> Setting:
 
 
 def _source(socket: bpy.types.NodeSocket, names: Names) -> Source | Setting:
-    """Return what feeds `socket`. Raises Lost where that is more than an image, an attribute or a constant, times a number."""
-    output = feeding(socket)
+    """Return the image, attribute or constant linked to `socket`. Raises UnsupportedInput where the link has another source."""
+    output = source_socket(socket)
     if output is None:
-        raise Lost("a broken link")
+        raise UnsupportedInput("a broken link")
     node = output.node
     if node.mute:
-        raise Lost(f"the muted node {node.bl_label}")
+        raise UnsupportedInput(f"the muted node {node.bl_label}")
     match node.bl_idname, output.name:
         case "ShaderNodeValue" | "ShaderNodeRGB", _:
             return plain(output.default_value)
@@ -165,7 +160,7 @@ def _source(socket: bpy.types.NodeSocket, names: Names) -> Source | Setting:
             return Attribute(names.attribute(node.layer_name) if node.layer_name else DEFAULT_COLOR)
         case "ShaderNodeVectorMath", _ if node.operation == "SCALE" and not node.inputs["Scale"].is_linked:
             return _scaled(_source(node.inputs[0], names), _shortest(node.inputs["Scale"].default_value))
-    raise Lost(f"{output.name} of the node {node.bl_label}")
+    raise UnsupportedInput(f"the output {output.name} of the node {node.bl_label}")
 
 
 def _scaled(source: Source | Setting, factor: float) -> Source | Setting:
@@ -177,30 +172,30 @@ def _scaled(source: Source | Setting, factor: float) -> Source | Setting:
         case tuple():
             return tuple(component * factor for component in source)
         case str():
-            raise Lost("a menu's link")
+            raise UnsupportedInput("an entry of a menu")
     return source * factor
 
 
 def _image(node: bpy.types.Node, names: Names) -> Image:
     image = node.image
     if image is None:
-        raise Lost("an image node without an image")
+        raise UnsupportedInput("an image node without an image")
     if image.source not in {"FILE", "GENERATED"}:
-        raise Lost(f"the image {image.name}, a {image.source.lower()},")
+        raise UnsupportedInput(f"the image {image.name} (a {image.source.lower()})")
     is_data = image.colorspace_settings.name in {"Non-Color", "Linear Rec.709"} or image.is_float
     return Image(names.image(image), not is_data, _uv_map(node, names), WRAPS[node.extension])
 
 
 def _uv_map(node: bpy.types.Node, names: Names) -> str:
-    coordinate = feeding(node.inputs["Vector"])
+    coordinate = source_socket(node.inputs["Vector"])
     if coordinate is None or (coordinate.node.bl_idname == "ShaderNodeTexCoord" and coordinate.name == "UV"):
         return DEFAULT_UV
     if coordinate.node.bl_idname == "ShaderNodeUVMap":
         return names.attribute(coordinate.node.uv_map) if coordinate.node.uv_map else DEFAULT_UV
-    raise Lost(f"an image placed by {coordinate.name} of the node {coordinate.node.bl_label}")
+    raise UnsupportedInput(f"an image mapped by the output {coordinate.name} of the node {coordinate.node.bl_label}")
 
 
 def identifier(name: str) -> str:
-    """Return the name that Blender gives in USD to what is called `name`."""
+    """Return `name` as Blender's USD exporter writes it: an identifier of letters, digits and underscores."""
     name = re.sub(r"\W", "_", name)
     return f"_{name}" if not name or name[0].isdigit() else name

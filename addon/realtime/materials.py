@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import bpy
 
-from ..material.read import DEFAULT_UV, Names, feeding, group_node, read, read_color, read_number
+from ..material.read import DEFAULT_UV, Names, source_socket, group_node, read, read_color, read_number
 from ..material.surface import Attribute, Image, Rgb, Surface
 from ..nodes import SPECULAR_GROUP, SUBSURFACE
 from . import uniforms
@@ -112,8 +112,8 @@ def render_material(material: bpy.types.Material | None, meter: float) -> Render
         red, green, blue, _ = material.diffuse_color
         return RenderMaterial(LAMBERT, (red, green, blue))
     if group:
-        surface, _ = read(*group, images.names)
-        result, source = _from_group(surface, meter), surface.fed.get("Color")
+        surface = read(*group, images.names)
+        result, source = _from_group(surface, meter), surface.linked.get("Color")
     else:
         color, source = read_color(node.inputs[COLOR_SOCKETS[node.type]], images.names)
         result = RenderMaterial(LAMBERT, color)
@@ -155,13 +155,13 @@ def _from_group(surface: Surface, meter: float) -> RenderMaterial:
 def _closure(material: bpy.types.Material) -> bpy.types.Node | None:
     """Return the closure of a material that is not ours; None where it has several or one that COLOR_SOCKETS lacks."""
     output = material.node_tree.get_output_node("ALL") if material.node_tree else None
-    socket = feeding(output.inputs["Surface"]) if output else None
+    socket = source_socket(output.inputs["Surface"]) if output else None
     return socket.node if socket and socket.node.type in COLOR_SOCKETS else None
 
 
 def _normal_map(socket: bpy.types.NodeSocket, images: _Images) -> NormalMap | None:
     """Return the normal map linked to a Normal input; None for another node or space, or where its color is not one plain image."""
-    output = feeding(socket)
+    output = source_socket(socket)
     node = output.node if output else None
     if node is None or node.bl_idname != "ShaderNodeNormalMap" or node.mute or node.space != "TANGENT":
         return None

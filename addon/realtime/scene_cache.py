@@ -8,7 +8,7 @@ import bpy
 
 from mathutils import Matrix
 
-from ..material.read import Names, feeding, read_color, read_number
+from ..material.read import Names, source_socket, read_color, read_number
 from ..material.surface import Rgb
 from .lights import Light, read_light
 from .materials import RenderMaterial, render_material
@@ -209,7 +209,7 @@ def _world_radiance(world: bpy.types.World | None) -> Rgb:
     output = world.node_tree.get_output_node("ALL") if world.node_tree else None
     if output is None:
         return tuple(world.color)
-    socket = feeding(output.inputs["Surface"])
+    socket = source_socket(output.inputs["Surface"])
     if socket is None or socket.node.type != "BACKGROUND" or socket.node.mute:
         return BLACK
     names, inputs = Names(str, str), socket.node.inputs

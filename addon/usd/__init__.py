@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Our materials in USD: a MaterialX network, a UsdPreviewSurface for programs without MaterialX, and all values to come back from.
+"""Our materials in USD: a MaterialX network, a UsdPreviewSurface for programs without MaterialX, and all values for the way back.
 
-surface.py    a material as plain values: what all others pass on
-read.py       Blender material -> Surface; restore.py the way back
-nearest.py    each rough model -> the closure of MaterialX that is or comes near it
-materialx.py, preview.py    Surface -> network.py's plain shaders
-author.py     those and the values -> prims; the only one that needs pxr
-hook.py       where Blender calls us; report.py what could not be carried
+hook.py       called by Blender's exporter and importer; it reads materials with material/read.py
+nearest.py    for each reflectance model the MaterialX closure that is the same or nearest
+materialx.py, preview.py    Surface -> the plain shaders of network.py
+author.py     shaders and values -> prims, and values back from prims; needs pxr
+names.py      materials whose names are equal in USD; needs pxr
+restore.py    Surface -> Blender material
 """
 
 import bpy
@@ -19,7 +19,7 @@ def register() -> None:
     if bpy.app.build_options.usd:
         from .hook import TRUE_DIFFUSE_USD_hook
 
-        bpy.utils.expose_bundled_modules()  # before Blender imports pxr to call the hook: another copy would not fit
+        bpy.utils.expose_bundled_modules()  # so that this and Blender's hook use one copy of pxr
         bpy.utils.register_class(TRUE_DIFFUSE_USD_hook)
 
 

@@ -6,10 +6,11 @@ from dataclasses import asdict
 
 from pxr import Gf, Sdf, Usd, UsdMtlx, UsdShade, Vt
 
-from ..material.surface import KEY, Attribute, Image, Setting, Source, Surface
+from ..material.surface import Attribute, Image, Setting, Source, Surface
 from .materialx import VERSION
 from .network import Constant, Network
 
+KEY = "trueDiffuse"  # of a material's custom data
 RENDER_CONTEXT = "mtlx"
 VECTORS = {
     "color3f": Gf.Vec3f,
@@ -22,7 +23,7 @@ VECTORS = {
 
 
 def write(material: UsdShade.Material, preview: Network, materialx: Network) -> None:
-    """Make the two networks the surfaces of `material`; what was there before is removed as far as nothing else uses it."""
+    """Make the two networks the surfaces of `material`, and remove shaders that no output uses any more."""
     surface, mtlx = material.CreateSurfaceOutput(), material.CreateSurfaceOutput(RENDER_CONTEXT)
     for output in (surface, mtlx):
         output.ClearSources()
@@ -40,14 +41,14 @@ def _path(material: UsdShade.Material, shader: str) -> Sdf.Path:
 
 
 def _shaders(material: UsdShade.Material, network: Network) -> None:
-    """Define the shaders of `network`; each is made before what it feeds."""
+    """Define the shaders of `network`, whose order is from sources to the surface."""
     stage = material.GetPrim().GetStage()
     for name, shader in network.shaders.items():
-        made = UsdShade.Shader.Define(stage, _path(material, name))
-        made.CreateIdAttr(shader.identifier)
-        made.CreateOutput(shader.output.name, _type(shader.output.type))
+        prim = UsdShade.Shader.Define(stage, _path(material, name))
+        prim.CreateIdAttr(shader.identifier)
+        prim.CreateOutput(shader.output.name, _type(shader.output.type))
         for socket, value in shader.inputs.items():
-            target = made.CreateInput(socket, _type(value.type))
+            target = prim.CreateInput(socket, _type(value.type))
             if isinstance(value, Constant):
                 _set(target, value)
             else:
@@ -60,79 +61,79 @@ def _type(name: str) -> Sdf.ValueTypeName:
 
 
 def _set(target: UsdShade.Input, constant: Constant) -> None:
-    make = VECTORS.get(constant.type)
-    if make is None:
+    value_type = VECTORS.get(constant.type)
+    if value_type is None:
         target.Set(constant.value)
     elif isinstance(constant.value, tuple):
-        target.Set(make(*constant.value))
+        target.Set(value_type(*constant.value))
     else:
-        target.Set(make(constant.value))
+        target.Set(value_type(constant.value))
     if constant.color_space:
         target.GetAttr().SetColorSpace(constant.color_space)
 
 
 def _remove_unused(material: UsdShade.Material) -> None:
-    """Remove the shaders and node graphs in `material` that none of its outputs needs."""
-    stage, home = material.GetPrim().GetStage(), material.GetPath()
+    """Remove the shaders and node graphs in `material` that none of its outputs uses."""
+    stage, root = material.GetPrim().GetStage(), material.GetPath()
     used: set[Sdf.Path] = set()
-    ends = list(material.GetOutputs())
-    while ends:
-        for source in ends.pop().GetConnectedSources()[0]:
-            # the child of the material that holds the source, if one does
-            child = next((path for path in source.source.GetPath().GetPrefixes() if path.GetParentPath() == home), None)
+    pending = list(material.GetOutputs())
+    while pending:
+        for source in pending.pop().GetConnectedSources()[0]:
+            # the child of the material that contains the source, if any
+            child = next((path for path in source.source.GetPath().GetPrefixes() if path.GetParentPath() == root), None)
             if child is not None and child not in used:
                 used.add(child)
                 for part in map(UsdShade.ConnectableAPI, Usd.PrimRange(stage.GetPrimAtPath(child))):
-                    ends += [*part.GetInputs(), *part.GetOutputs()]
+                    pending += [*part.GetInputs(), *part.GetOutputs()]
     for child in material.GetPrim().GetChildren():
         if child.GetPath() not in used and (child.IsA(UsdShade.Shader) or child.IsA(UsdShade.NodeGraph)):
             stage.RemovePrim(child.GetPath())
 
 
-def remember(prim: Usd.Prim, surface: Surface, lost: list[str]) -> None:
-    """Keep all of `surface` as custom data of the material, with what the networks leave out."""
+def write_custom_data(prim: Usd.Prim, surface: Surface, unsupported: list[str]) -> None:
+    """Write all of `surface` into the custom data of a material, with messages about what the networks do not hold."""
     data: dict[str, object] = {
         "group": surface.group,
         "version": surface.version,
-        "inputs": {name: _packed(value) for name, value in surface.inputs.items()},
-        "fed": {name: _packed_source(source) for name, source in surface.fed.items()},
+        "inputs": {name: _to_usd(value) for name, value in surface.inputs.items()},
+        "fed": {name: _source_to_usd(source) for name, source in surface.linked.items()},  # the key of version 0.1.0
     }
-    if lost:
-        data["notCarried"] = Vt.StringArray(lost)
+    if unsupported:
+        data["notCarried"] = Vt.StringArray(unsupported)
     prim.SetCustomDataByKey(KEY, data)
 
 
-def _packed(value: Setting) -> object:
+def _to_usd(value: Setting) -> object:
     if isinstance(value, tuple):
         return {3: Gf.Vec3d, 4: Gf.Vec4d}[len(value)](*value)
     return value
 
 
-def _packed_source(source: Source) -> dict[str, object]:
-    """Return a source as custom data; the file of an image is its shader's alone, where USD finds and packs it."""
+def _source_to_usd(source: Source) -> dict[str, object]:
+    """Return a source as custom data, without the file of an image: USD packs files only where a shader refers to them."""
     values = asdict(source)
     values.pop("file", None)
     return values | {"kind": "image" if isinstance(source, Image) else "attribute"}
 
 
-def recall(material: UsdShade.Material) -> Surface | None:
-    """Return the surface of `remember`, None where there is none.
+def read_custom_data(material: UsdShade.Material) -> Surface | None:
+    """Return the surface that `write_custom_data` wrote, None where there is none.
 
-    Raises KeyError, TypeError or ValueError where the custom data are not what `remember` writes.
+    Raises KeyError, TypeError or ValueError where the custom data have another form.
     """
     data = material.GetPrim().GetCustomDataByKey(KEY)
     if data is None:
         return None
-    inputs = {name: _unpacked(value) for name, value in data["inputs"].items()}
-    fed = {name: _unpacked_source(material, name, values) for name, values in data.get("fed", {}).items()}
-    return Surface(str(data["group"]), int(data["version"]), inputs, fed)
+    inputs = {name: _from_usd(value) for name, value in data["inputs"].items()}
+    linked = {name: _source_from_usd(material, name, values) for name, values in data.get("fed", {}).items()}
+    return Surface(str(data["group"]), int(data["version"]), inputs, linked)
 
 
-def _unpacked(value: str | float | Sequence[float]) -> Setting:
+def _from_usd(value: str | float | Sequence[float]) -> Setting:
     return value if isinstance(value, (str, int, float)) else tuple(value)
 
 
-def _unpacked_source(material: UsdShade.Material, socket: str, values: Mapping[str, float | str]) -> Source:
+def _source_from_usd(material: UsdShade.Material, socket: str, values: Mapping[str, float | str]) -> Source:
     primvar, factor = str(values["primvar"]), float(values["factor"])
     if values["kind"] == "attribute":
         return Attribute(primvar, factor)

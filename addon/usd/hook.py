@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Takes part in Blender's own File > Export > USD and File > Import > USD. pxr is Blender's.
+"""The hook that Blender calls in File > Export > USD and File > Import > USD, with Blender's own pxr.
 
-Enabling the add-on imports this module, so it imports the others, and pxr, when Blender calls.
-
-Whatever goes wrong with a material, the export or import goes on, the material is as Blender makes it, and a line says so.
+Enabling the extension imports this module, so it imports the other modules and pxr only when Blender calls it. After a failure the
+export or import goes on, the material stays as Blender makes it, and a message says so.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -41,7 +40,7 @@ class MaterialImport(Protocol):
 
 
 class TRUE_DIFFUSE_USD_hook(bpy.types.USDHook):
-    """Blender calls these for every material, in a thread of its own where there is a window."""
+    """Called by Blender for every material; with a window, in another thread than the main one."""
 
     bl_idname = "TRUE_DIFFUSE_USD_hook"
     bl_label = "True Diffuse"
@@ -53,11 +52,11 @@ class TRUE_DIFFUSE_USD_hook(bpy.types.USDHook):
 
     @staticmethod
     def on_export(context: SceneExport) -> bool:
-        return _guarded("materials of one name", lambda: part_materials(context.get_stage(), context.get_prim_map()))
+        return _guarded("materials with equal names", lambda: separate_materials(context.get_stage(), context.get_prim_map()))
 
     @staticmethod
     def material_import_poll(_context: MaterialImport, usd_material: "UsdShade.Material") -> bool:
-        from ..material.surface import KEY
+        from .author import KEY
 
         return usd_material.GetPrim().HasCustomDataKey(KEY)
 
@@ -66,12 +65,12 @@ class TRUE_DIFFUSE_USD_hook(bpy.types.USDHook):
         return _guarded(material.name, lambda: import_material(context.import_texture, material, usd_material))
 
 
-def _guarded(name: str, work: Callable[[], bool]) -> bool:
-    """Return what `work` does, or False and say so where it fails."""
+def _guarded(name: str, function: Callable[[], bool]) -> bool:
+    """Return the result of `function`; where it raises, report that of the material `name` and return False."""
     from pxr import Tf
 
     try:
-        return work()
+        return function()
     except (*FAILURES, Tf.CppException) as error:
         report.add(name, f"is left as Blender has it: {str(error).partition('\n')[0] or type(error).__name__}")
         return False
@@ -80,21 +79,22 @@ def _guarded(name: str, work: Callable[[], bool]) -> bool:
 def export_material(
     export_texture: Callable[[bpy.types.Image], str], material: bpy.types.Material, usd_material: "UsdShade.Material"
 ) -> bool:
-    """Write both networks and the values of one of our materials; returns False where it is none of ours."""
+    """Write both networks and the values of one of our materials; returns False where `material` is another."""
     from ..material.read import Names, group_node, identifier, read
 
-    found = group_node(material)
-    if found is None:
+    node = group_node(material)
+    if node is None:
         return False
     from . import author, materialx, preview
 
     stage = usd_material.GetPrim().GetStage()
-    surface, lost = read(*found, Names(lambda image: _file(stage, image, export_texture), identifier))
-    lost += [*materialx.lost(surface), *preview.lost(surface)]
+    everything = read(*node, Names(lambda image: _file(stage, image, export_texture), identifier))
+    surface, unsupported = everything.supported(materialx.IMAGES[everything.group], materialx.ATTRIBUTES)
+    unsupported += [*materialx.unsupported(surface), *preview.unsupported(surface)]
     author.write(usd_material, preview.network(surface), materialx.network(surface, millimeter(stage)))
-    author.remember(usd_material.GetPrim(), surface, lost)
-    for text in lost:
-        report.add(material.name, text)
+    author.write_custom_data(usd_material.GetPrim(), surface, unsupported)
+    for message in unsupported:
+        report.add(material.name, message)
     return True
 
 
@@ -107,38 +107,38 @@ def millimeter(stage: "Usd.Stage") -> float:
 
 
 def _file(stage: "Usd.Stage", image: bpy.types.Image, export_texture: Callable[[bpy.types.Image], str]) -> str:
-    """Return how the stage refers to `image`, after writing it. Raises Lost where the file is not there then."""
-    from ..material.read import Lost
+    """Write `image` and return its path in the stage. Raises UnsupportedInput where there is no file afterwards."""
+    from ..material.read import UnsupportedInput
 
     path = export_texture(image)
     if not path or not Path(stage.GetRootLayer().ComputeAbsolutePath(path)).is_file():
-        raise Lost(f"the missing image {image.name}")
+        raise UnsupportedInput(f"the missing image {image.name}")
     return path
 
 
-def part_materials(stage: "Usd.Stage", written: Mapping["Sdf.Path", Sequence[bpy.types.ID]]) -> bool:
-    """Part materials that have one name in USD; `written` are the data-blocks that Blender wrote, by prim."""
+def separate_materials(stage: "Usd.Stage", written: Mapping["Sdf.Path", Sequence[bpy.types.ID]]) -> bool:
+    """Separate materials whose names are equal in USD; `written` are the data-blocks that Blender wrote, by prim."""
     from . import names
 
-    return names.part(stage, written, partial(export_material, _no_texture))
+    return names.separate(stage, written, partial(export_material, _no_texture))
 
 
 def _no_texture(image: bpy.types.Image) -> str:
-    from ..material.read import Lost
+    from ..material.read import UnsupportedInput
 
-    raise Lost(f"the image {image.name} of a material whose name another one has in USD")
+    raise UnsupportedInput(f"the image {image.name} of a material whose name another one has in USD")
 
 
 def import_material(
     import_texture: Callable[[str], tuple[str, bool]], material: bpy.types.Material, usd_material: "UsdShade.Material"
 ) -> bool:
-    """Rebuild one of our materials; returns False where it is none of ours."""
+    """Rebuild one of our materials; returns False where `usd_material` is another."""
     from . import author
     from .restore import rebuild
 
-    surface = author.recall(usd_material)
+    surface = author.read_custom_data(usd_material)
     if surface is None:
         return False
-    for text in rebuild(material, surface, import_texture):
-        report.add(material.name, text)
+    for message in rebuild(material, surface, import_texture):
+        report.add(material.name, message)
     return True

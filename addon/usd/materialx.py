@@ -1,30 +1,42 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Our groups as MaterialX networks of its physically based library, 1.39.
+"""Our groups as networks of MaterialX 1.39's physically based shading nodes.
 
     Rough Diffuse       oren_nayar_diffuse_bsdf
     Subsurface          dielectric_bsdf over a mix of subsurface_bsdf and oren_nayar_diffuse_bsdf
     Standard Specular   oren_nayar_diffuse_bsdf of roughness 0 and a microfacet lobe, added
 
-The lobe of Standard Specular is that of the node group: GGX with alpha^2 = 2 / (n + 2), (n + 8) / (n + 2) k_s high, times V.H,
-which generalized_schlick_bsdf gives with exponent 1 from color0 to black: at the mirror direction that is mu.
+The lobe of Standard Specular is that of the node group: GGX with alpha^2 = 2 / (n + 2), of height (n + 8) / (n + 2) k_s, times V.H,
+which generalized_schlick_bsdf has with exponent 1 from color0 to black: V.H is mu at the mirror direction.
 """
 
 from collections.abc import Callable
 
-from ..material.surface import Attribute, Image, Surface, slope
+from ..material.surface import Attribute, Image, Surface, texture_factor
 from ..models.color import LUMINANCE
 from ..models.geometry import clamp
+from ..nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 from .nearest import LAWS, Nearest
 from .network import BOOL, COLOR, COLOR4, FILE, FLOAT, INT, STRING, TOKEN, VECTOR2, Constant, Input, Network, Output
 
 VERSION = "1.39"
+# Inputs of each group that take image textures, and inputs that take color attributes
+IMAGES = {
+    ROUGH_DIFFUSE.key: ("Color", "Roughness"),
+    SUBSURFACE.key: ("Color", "Roughness", "Subsurface", "Subsurface Radius", "Specular", "Specular Roughness"),
+    SPECULAR_GROUP.key: ("Color",),
+}
+ATTRIBUTES = ("Color", "Subsurface Radius")
 
 
 def network(surface: Surface, millimeter: float) -> Network:
-    """Return the network of `surface`; a `millimeter` in the stage's units."""
+    """Return the network of `surface`; `millimeter` is a millimeter in the stage's units. Raises KeyError for an unknown group."""
     builder = _Builder(surface)
-    bsdf = {"rough_diffuse": builder.rough, "subsurface": lambda: builder.subsurface(millimeter), "specular": builder.specular}
-    builder.surface(bsdf[surface.group]())
+    bsdfs = {
+        ROUGH_DIFFUSE.key: builder.rough,
+        SUBSURFACE.key: lambda: builder.subsurface(millimeter),
+        SPECULAR_GROUP.key: builder.specular,
+    }
+    builder.network.add("surface", "ND_surface", TOKEN, bsdf=bsdfs[surface.group]())
     return builder.network
 
 
@@ -34,15 +46,12 @@ def _rgb(value: float) -> Constant:
 
 class _Builder:
     def __init__(self, surface: Surface) -> None:
-        self.given = surface
+        self.surface = surface
         self.network = Network("MaterialX_")
 
-    def surface(self, bsdf: Output) -> None:
-        self.network.add("surface", "ND_surface", TOKEN, bsdf=bsdf)
-
     def rough(self) -> Output:
-        given = self.given
-        nearest = Nearest(given.choice("Model"), given.number("Roughness"), given.number("IOR"))
+        surface = self.surface
+        nearest = Nearest(surface.choice("Model"), surface.number("Roughness"), surface.number("IOR"))
         fixed = nearest.law.roughness is not None
         return self.network.add(
             "diffuse",
@@ -54,8 +63,8 @@ class _Builder:
         )
 
     def subsurface(self, millimeter: float) -> Output:
-        given, add = self.given, self.network.add
-        scale = clamp(given.number("Scale"), 0.0, float("inf")) * millimeter
+        surface, add = self.surface, self.network.add
+        scale = clamp(surface.number("Scale"), 0.0, float("inf")) * millimeter
         scattered = add(
             "subsurface",
             "ND_subsurface_bsdf",
@@ -69,13 +78,13 @@ class _Builder:
             "ND_dielectric_bsdf",
             TOKEN,
             weight=self.number("Specular", _unit),
-            ior=Constant(FLOAT, clamp(given.number("IOR"), 1.0, 3.0)),
+            ior=Constant(FLOAT, clamp(surface.number("IOR"), 1.0, 3.0)),
             roughness=self.alpha("Specular Roughness"),
         )
         return add("layers", "ND_layer_bsdf", TOKEN, top=coat, base=base)
 
     def specular(self) -> Output:
-        given, add = self.given, self.network.add
+        surface, add = self.surface, self.network.add
         diffuse = add(
             "diffuse",
             "ND_oren_nayar_diffuse_bsdf",
@@ -84,7 +93,7 @@ class _Builder:
             roughness=Constant(FLOAT, 0.0),
             energy_compensation=Constant(BOOL, False),
         )
-        height, alpha = highlight(given)
+        height, alpha = highlight(surface)
         lobe = add(
             "highlight",
             "ND_generalized_schlick_bsdf",
@@ -96,21 +105,21 @@ class _Builder:
         )
         return add("sum", "ND_add_bsdf", TOKEN, in1=diffuse, in2=lobe)
 
-    def color(self, socket: str, law: Callable[[float], float]) -> Input:
-        """Return what `law` makes of a color or vector, channel by channel."""
-        source = self.given.fed.get(socket)
+    def color(self, socket: str, function: Callable[[float], float]) -> Input:
+        """Return `function` of each channel of a color or vector input; of an image or attribute, times `texture_factor`."""
+        source = self.surface.linked.get(socket)
         if source is None:
-            red, green, blue = map(law, self.given.rgb(socket))
+            red, green, blue = map(function, self.surface.rgb(socket))
             return Constant(COLOR, (red, green, blue))
         name = socket.replace(" ", "_")
         value = self.image(name, source) if isinstance(source, Image) else self.attribute(name, source)
-        return self.scaled(name, value, source.factor * slope(law))
+        return self.scaled(name, value, source.factor * texture_factor(function))
 
-    def number(self, socket: str, law: Callable[[float], float]) -> Input:
-        """Return what `law` makes of a number; the luminance of an image goes in as it is."""
-        source = self.given.fed.get(socket)
+    def number(self, socket: str, function: Callable[[float], float]) -> Input:
+        """Return `function` of a number input, or the luminance of an image linked to it."""
+        source = self.surface.linked.get(socket)
         if not isinstance(source, Image):
-            return Constant(FLOAT, law(self.given.number(socket)))
+            return Constant(FLOAT, function(self.surface.number(socket)))
         name = socket.replace(" ", "_")
         weights = Constant(COLOR, LUMINANCE)
         gray = self.network.add(
@@ -120,11 +129,11 @@ class _Builder:
         return self.scaled(name, value, source.factor)
 
     def alpha(self, socket: str) -> Input:
-        """Return alpha of a microfacet lobe both ways, the square of the roughness."""
+        """Return alpha of a microfacet lobe along both axes, the square of the roughness."""
         roughness = self.number(socket, _unit)
         if isinstance(roughness, Constant):
-            alpha = self.given.number(socket)
-            return Constant(VECTOR2, (_unit(alpha) ** 2, _unit(alpha) ** 2))
+            alpha = _unit(self.surface.number(socket)) ** 2
+            return Constant(VECTOR2, (alpha, alpha))
         return self.network.add("alpha", "ND_roughness_anisotropy", VECTOR2, roughness=roughness)
 
     def image(self, name: str, image: Image) -> Output:
@@ -160,14 +169,16 @@ def _unit(value: float) -> float:
 
 
 def highlight(surface: Surface) -> tuple[float, float]:
-    """Return height and alpha of Standard Specular's lobe."""
+    """Return the height and alpha of Standard Specular's lobe."""
     exponent = clamp(surface.number("Exponent"), 0.0, 10000.0)
     height = _unit(surface.number("Specular")) * (exponent + 8.0) / (exponent + 2.0)
     return height, (2.0 / (exponent + 2.0)) ** 0.5
 
 
-def lost(surface: Surface) -> list[str]:
-    """Return a line where MaterialX has another formula for the surface's model."""
-    model = str(surface.inputs.get("Model", ""))
-    near = LAWS[model].near if model else ""
+def unsupported(surface: Surface) -> list[str]:
+    """Return a message where MaterialX does not have the surface's reflectance model."""
+    if surface.group == SPECULAR_GROUP.key:
+        return []
+    model = surface.choice("Model")
+    near = LAWS[model].near
     return [f"{model} is no model of MaterialX: {near} stands for it"] if near else []

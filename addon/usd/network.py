@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A shading network as plain values, in USD's terms: shaders with an identifier, inputs with a type, connections."""
+"""A shading network as plain values: shaders with USD's identifiers and types, and their connections. No pxr."""
 
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -9,7 +9,7 @@ COLOR4, STRING, TOKEN, FILE, BOOL, INT = "color4f", "string", "token", "asset", 
 
 
 class Output(NamedTuple):
-    """An output of a shader of the same network. Where it goes into an input, `type` is the input's."""
+    """An output of a shader of the same network. As the source of an input, `type` is that of the input."""
 
     shader: str
     name: str
@@ -17,7 +17,7 @@ class Output(NamedTuple):
 
 
 class Constant(NamedTuple):
-    """A value of a USD type by its name there; `color_space` of a file's values, as MaterialX names it."""
+    """A value of a USD type; `color_space`, by its name in MaterialX, of the values in a file."""
 
     type: str
     value: object
@@ -29,7 +29,7 @@ type Input = Output | Constant
 
 @dataclass(frozen=True)
 class Shader:
-    """A node: its identifier in the registry of shaders, and what goes in."""
+    """A node: its identifier in USD's shader registry, its inputs by name, and its only output."""
 
     identifier: str
     inputs: dict[str, Input]
@@ -38,17 +38,16 @@ class Shader:
 
 @dataclass
 class Network:
-    """Shaders by name; each name begins with `prefix`. The last one added is the surface."""
+    """Shaders by name, sources first; each name begins with `prefix`. The last shader is the surface."""
 
     prefix: str
     shaders: dict[str, Shader] = field(default_factory=dict)
 
     def add(self, name: str, identifier: str, kind: str, output: str = "out", **inputs: Input) -> Output:
-        """Add a shader whose `output` is of type `kind`; returns the output."""
+        """Add a shader whose `output` is of type `kind`, and return that output."""
         name = f"{self.prefix}{name}"
-        result = Output(name, output, kind)
-        self.shaders[name] = Shader(identifier, inputs, result)
-        return result
+        self.shaders[name] = Shader(identifier, inputs, Output(name, output, kind))
+        return self.shaders[name].output
 
     @property
     def surface(self) -> Output:

@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Our groups as UsdPreviewSurface, for programs without MaterialX.
 
-It knows Lambert and one GGX lobe with Schlick's Fresnel. Lambert gets the model's average albedo. The lobe is the coat's where
-there is one; else its head-on reflectance is 0 both ways that programs read it (ior 1, and black specularColor in the specular
-workflow) and its roughness 1. That leaves what Schlick adds at a grazing half-angle, where the specification sets it to 1.
+UsdPreviewSurface has Lambert and one GGX lobe with Schlick's Fresnel term. Lambert gets the model's average albedo. The lobe is the
+coat's where there is one; else its reflectance at normal incidence is 0, both as ior 1 and as black specularColor of the specular
+workflow, and its roughness is 1. What remains is Schlick's reflectance at grazing angles, which the specification sets to 1.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import sqrt
 
-from ..material.surface import Attribute, Image, Source, Surface, slope
+from ..material.surface import Attribute, Image, Source, Surface, texture_factor
 from ..models.geometry import clamp
+from ..nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 from .materialx import highlight
 from .nearest import Nearest
 from .network import COLOR, FILE, FLOAT, INT, STRING, TOKEN, VECTOR2, VECTOR3, VECTOR4, Constant, Input, Network, Output
@@ -19,7 +20,7 @@ from .network import COLOR, FILE, FLOAT, INT, STRING, TOKEN, VECTOR2, VECTOR3, V
 
 @dataclass(frozen=True)
 class Gloss:
-    """The lobe: the weight and index of refraction of the surface that mirrors, and its roughness, alpha = roughness squared."""
+    """The specular lobe: its weight in [0, 1], index of refraction and roughness, the square root of alpha."""
 
     weight: float = 0.0
     ior: float = 1.0
@@ -27,78 +28,80 @@ class Gloss:
 
     @property
     def reflectance(self) -> float:
-        """What it mirrors head-on."""
+        """Return the reflectance at normal incidence."""
         return self.weight * ((self.ior - 1.0) / (self.ior + 1.0)) ** 2
 
 
 def network(surface: Surface) -> Network:
-    """Return the network of `surface`."""
-    made = Network("Preview_")
+    """Return the network of `surface`. Raises ValueError for an unknown group."""
+    shaders = Network("Preview_")
     lobe = gloss(surface)
     mirror = sqrt(min(lobe.reflectance, 0.99))
-    source = surface.fed.get("Specular Roughness")
+    source = surface.linked.get("Specular Roughness")
     roughness = Constant(FLOAT, lobe.roughness)
-    made.add(
+    shaders.add(
         "surface",
         "UsdPreviewSurface",
         TOKEN,
         "surface",
-        diffuseColor=_color(made, surface, albedo(surface)),
+        diffuseColor=_color(shaders, surface, albedo(surface)),
         useSpecularWorkflow=Constant(INT, 1),
         specularColor=Constant(COLOR, (lobe.reflectance,) * 3),
-        roughness=_image(made, "Specular_Roughness", source, "r", FLOAT) if isinstance(source, Image) else roughness,
+        roughness=_image(shaders, "Specular_Roughness", source, "r", FLOAT) if isinstance(source, Image) else roughness,
         ior=Constant(FLOAT, (1.0 + mirror) / (1.0 - mirror)),
     )
-    return made
+    return shaders
 
 
-def lost(surface: Surface) -> list[str]:
-    """Return in words what UsdPreviewSurface alone cannot hold: it has nothing to multiply with but in images."""
-    source = surface.fed.get("Color")
-    factor = source.factor * slope(albedo(surface)) if isinstance(source, Attribute) else 1.0
+def unsupported(surface: Surface) -> list[str]:
+    """Return a message where only UsdPreviewSurface cannot hold the color: it can scale images, but not attributes."""
+    source = surface.linked.get("Color")
+    factor = source.factor * texture_factor(albedo(surface)) if isinstance(source, Attribute) else 1.0
     exact = abs(factor - 1.0) < 0.005
     return [] if exact else [f"Color: UsdPreviewSurface has the color attribute without the factor {factor:.3g}"]
 
 
 def albedo(surface: Surface) -> Callable[[float], float]:
-    """Return the function that takes a channel of the Color to what is reflected of light from everywhere, below the coat."""
-    if surface.group == "specular":
+    """Return the function from a channel of Color to the average albedo below the coat. Raises ValueError for an unknown group."""
+    if surface.group == SPECULAR_GROUP.key:
         return lambda rho: clamp(rho, 0.0, 1.0)
+    if surface.group not in (ROUGH_DIFFUSE.key, SUBSURFACE.key):
+        raise ValueError(f"unknown group {surface.group}")
     nearest = Nearest(surface.choice("Model"), surface.number("Roughness"), surface.number("IOR"))
-    below = clamp(surface.number("Subsurface"), 0.0, 1.0) if surface.group == "subsurface" else 0.0
-    return lambda rho: clamp((1.0 - below) * nearest.albedo(rho) + below * rho, 0.0, 1.0)
+    subsurface = clamp(surface.number("Subsurface"), 0.0, 1.0) if surface.group == SUBSURFACE.key else 0.0
+    return lambda rho: clamp((1.0 - subsurface) * nearest.albedo(rho) + subsurface * rho, 0.0, 1.0)
 
 
 def gloss(surface: Surface) -> Gloss:
-    """Return the lobe that is the coat's, or the highlight's of Standard Specular."""
-    if surface.group == "specular":
+    """Return the lobe of the coat, or of Standard Specular's highlight; one of weight 0 where there is neither."""
+    if surface.group == SPECULAR_GROUP.key:
         height, alpha = highlight(surface)
         mirror = sqrt(clamp(height, 0.0, 0.99))
         return Gloss(1.0, (1.0 + mirror) / (1.0 - mirror), sqrt(alpha)) if height > 0.0 else Gloss()
-    weight = clamp(surface.number("Specular"), 0.0, 1.0) if surface.group == "subsurface" else 0.0
+    weight = clamp(surface.number("Specular"), 0.0, 1.0) if surface.group == SUBSURFACE.key else 0.0
     if weight == 0.0:
         return Gloss()
     return Gloss(weight, clamp(surface.number("IOR"), 1.0, 3.0), clamp(surface.number("Specular Roughness"), 0.0, 1.0))
 
 
-def _color(made: Network, surface: Surface, law: Callable[[float], float]) -> Input:
-    source: Source | None = surface.fed.get("Color")
+def _color(shaders: Network, surface: Surface, function: Callable[[float], float]) -> Input:
+    source: Source | None = surface.linked.get("Color")
     if isinstance(source, Image):
-        return _image(made, "Color", source, "rgb", VECTOR3, slope(law))._replace(type=COLOR)
+        return _image(shaders, "Color", source, "rgb", VECTOR3, texture_factor(function))._replace(type=COLOR)
     if isinstance(source, Attribute):
         name = Constant(STRING, source.primvar)
-        return made.add("Color_attribute", "UsdPrimvarReader_float4", VECTOR4, "result", varname=name)._replace(type=COLOR)
-    red, green, blue = map(law, surface.rgb("Color"))
+        return shaders.add("Color_attribute", "UsdPrimvarReader_float4", VECTOR4, "result", varname=name)._replace(type=COLOR)
+    red, green, blue = map(function, surface.rgb("Color"))
     return Constant(COLOR, (red, green, blue))
 
 
-def _image(made: Network, name: str, image: Image, output: str, kind: str, factor: float = 1.0) -> Output:
-    coordinate = made.add(
+def _image(shaders: Network, name: str, image: Image, output: str, kind: str, factor: float = 1.0) -> Output:
+    coordinate = shaders.add(
         f"{name}_coordinate", "UsdPrimvarReader_float2", VECTOR2, "result", varname=Constant(STRING, image.primvar)
     )
     wrap = Constant(TOKEN, "repeat" if image.wrap == "periodic" else image.wrap)
     factor *= image.factor
-    return made.add(
+    return shaders.add(
         f"{name}_image",
         "UsdUVTexture",
         kind,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Builds a True Diffuse material again from what a USD material remembers of it."""
+"""Builds a True Diffuse material from the surface in the custom data of a USD material."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -14,51 +14,53 @@ from ..nodes import GROUPS
 
 EXTENSIONS = {wrap: extension for extension, wrap in WRAPS.items()}
 
-
 type Find = Callable[[str], tuple[str, bool]]
-"""Returns where on disk a file is that USD refers to, and whether it will not stay there."""
+"""Returns the path on disk of a file that USD refers to, and whether that is temporary."""
 
 
 def rebuild(material: bpy.types.Material, surface: Surface, find: Find) -> list[str]:
-    """Make `surface` the only surface of `material`; returns in words what of it could not be."""
+    """Make `surface` the only surface of `material`; returns messages about what could not be restored."""
     group = next((group for group in GROUPS if group.key == surface.group), None)
     if group is None:
-        return [f"the group {surface.group} is not known here, the material is as USD has it"]
+        return [f"the group {surface.group} is unknown, the material is as USD has it"]
     tree = material.node_tree
     tree.nodes.clear()
     node = add_group(tree, group)
     inputs = {current_name(name): value for name, value in surface.inputs.items()}
-    lost = [problem for name, value in inputs.items() if (problem := _set(node, name, current_value(name, value)))]
-    for name, source in surface.fed.items():
+    problems = [problem for name, value in inputs.items() if (problem := _set(node, name, current_value(name, value)))]
+    for name, source in surface.linked.items():
         if current_name(name) in node.inputs:
-            lost += _feed(node.inputs[current_name(name)], source, find)
+            problems += _link(node.inputs[current_name(name)], source, find)
     show(material, node)
     set_thickness(material)
-    return lost
+    return problems
 
 
 def _set(node: bpy.types.Node, name: str, value: Setting) -> str:
-    """Set a socket; returns why not, or nothing."""
+    """Set a socket; returns why that failed, else an empty text."""
     if name not in node.inputs:
-        return f"{name}: the group has no such input any more"
+        return f"{name}: the group has no such input"
     try:
         node.inputs[name].default_value = value
     except (TypeError, ValueError):
-        return f"{name}: {value!r} is no value for it"
+        return f"{name}: {value!r} is not a valid value"
     return ""
 
 
-def _feed(socket: bpy.types.NodeSocket, source: Source, find: Find) -> list[str]:
-    """Connect `source` to `socket`; returns in words what is missing."""
+def _link(socket: bpy.types.NodeSocket, source: Source, find: Find) -> list[str]:
+    """Link new nodes for `source` to `socket`; returns messages about what is missing."""
     tree, x, y = socket.id_data, -300.0, -120.0 * list(socket.node.inputs).index(socket)
-    lost = []
+    problems = []
     if isinstance(source, Attribute):
         node = tree.nodes.new("ShaderNodeAttribute")
         node.attribute_name = source.primvar
     else:
         node = tree.nodes.new("ShaderNodeTexImage")
-        node.extension = EXTENSIONS.get(source.wrap, "REPEAT")
-        lost = _load(node, source, find)
+        if source.wrap in EXTENSIONS:
+            node.extension = EXTENSIONS[source.wrap]
+        else:
+            problems.append(f"{socket.name}: the wrap mode {source.wrap!r} is unknown, the image is repeated")
+        problems += _load(node, source, find)
         if source.primvar != DEFAULT_UV:
             uv = tree.nodes.new("ShaderNodeUVMap")
             uv.uv_map, uv.location = source.primvar, (x - 600.0, y)
@@ -72,15 +74,16 @@ def _feed(socket: bpy.types.NodeSocket, source: Source, find: Find) -> list[str]
         tree.links.new(color, scale.inputs["Vector"])
         color = scale.outputs["Vector"]
     tree.links.new(color, socket)
-    return lost
+    return problems
 
 
 def _load(node: bpy.types.Node, source: Image, find: Find) -> list[str]:
-    path, passing = find(source.file) if source.file else ("", False)
+    """Load the image of `source` into an image node; returns a message where its file is missing."""
+    path, is_temporary = find(source.file) if source.file else ("", False)
     if not Path(path).is_file():
         return [f"the image {source.file or 'of a socket'} is missing"]
-    image = bpy.data.images.load(path, check_existing=not passing)
-    if passing:
+    image = bpy.data.images.load(path, check_existing=not is_temporary)
+    if is_temporary:
         image.pack()
     image.colorspace_settings.name = "sRGB" if source.is_color else "Non-Color"
     node.image = image
