@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import bpy
 
-from ..material.read import DEFAULT_UV, Names, source_socket, group_node, read, read_color, read_number
+from ..material.read import DEFAULT_UV, Names, group_node, read, read_color, read_number, source_socket
 from ..material.surface import Attribute, Image, Rgb, Surface
 from ..nodes import SPECULAR_GROUP, SUBSURFACE
 from . import uniforms

@@ -8,7 +8,7 @@ import bpy
 
 from mathutils import Matrix
 
-from ..material.read import Names, source_socket, read_color, read_number
+from ..material.read import Names, read_color, read_number, source_socket
 from ..material.surface import Rgb
 from .lights import Light, read_light
 from .materials import RenderMaterial, render_material
