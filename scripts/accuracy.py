@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, script_arguments
-from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import (
     NODE_ENGINES,
     empty_file,
@@ -272,7 +272,7 @@ def _what(key: str) -> str:
     return text[0].lower() + text[1:]
 
 
-def measure(options: Namespace, staging: Staging, terminal: Terminal) -> None:
+def measure(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
     """Measure and write the records."""
     engines = start_blender(options.engine, terminal)
     from true_diffuse.addon.probe.environment import environment
@@ -281,8 +281,8 @@ def measure(options: Namespace, staging: Staging, terminal: Terminal) -> None:
     for key in [options.only] if options.only else MEASURES:
         empty_file()  # none may inherit another's scene: `rough` ends with Open Shading Language on
         records += MEASURES[key](options, engines, terminal)
-    staging.write_json(options.out.name, {"records": records, "environment": environment(engines)})
-    staging.publish()
+    output.write_json(options.out.name, {"records": records, "environment": environment(engines)})
+    output.publish()
     terminal.say(f"Wrote {options.out}")
 
 

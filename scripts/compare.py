@@ -10,33 +10,32 @@ blender -b --python scripts/compare.py -- [OPTIONS]
 
 import math
 import sys
-import tempfile
 from argparse import ArgumentTypeError, BooleanOptionalAction
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
+from true_diffuse.scripts.cli import inputs
 from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, script_arguments
-from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import engine_list, load_bpy, run_script, sample_count, start_blender
-from true_diffuse.scripts.farm import jobs
 
 if TYPE_CHECKING:
     from true_diffuse.addon.blender.engines import Engine
     from true_diffuse.addon.measure.record import Record
     from true_diffuse.addon.optimize.materials import OptimizedNode
     from true_diffuse.addon.probe.tolerance import Choice
-    from true_diffuse.scripts.farm.face import Face
-    from true_diffuse.scripts.farm.face import Order as FaceOrder
-    from true_diffuse.scripts.farm.five import Five, Order
+    from true_diffuse.scripts.studies.comparison.base import Collected, Renderer
+    from true_diffuse.scripts.studies.comparison.face import JobSpec as FaceSpec
+    from true_diffuse.scripts.studies.comparison.five import JobSpec as FiveSpec
 
 REPORT, OUT = Path("report/report.json"), Path("comparison")
-LEAVE_OUT = {"leave_out": True}  # searchlight builds its scene anew for every ring
+OPTIMIZE = {"optimize": True}  # searchlight builds its scene anew for every ring
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ class Options:
     sigmas: tuple[float, ...]
     albedo: float
     full_figure: bool
-    leave_out: bool
+    optimize: bool
     out: Path
     save_blend: bool
     job: Path | None
@@ -68,7 +67,7 @@ class Options:
 class Scene:
     """What can be compared: how, the defaults, and which of the options that not every scene has it knows."""
 
-    compare: Callable[[Options, list["Engine"], Staging, Terminal], list[str]]
+    compare: Callable[[Options, list["Engine"], OutputFolder, Terminal], list[str]]
     resolution: tuple[int, int]
     samples: Mapping[str, int]  # by the keys of the engines that render it
     knows: Mapping[str, object]  # by name, with defaults
@@ -78,7 +77,7 @@ def main() -> int:
     """Run the script; returns the exit status."""
     options = parse(script_arguments())
     if options.job:
-        return run_script("compare.py", options.job, partial(order_job, options))
+        return run_script("compare.py", options.job, partial(write_job, options))
     return run_script("compare.py", options.out, partial(compare, options))
 
 
@@ -114,7 +113,7 @@ def parse(arguments: list[str]) -> Options:
     )
     parser.add_argument(
         "--frames",
-        type=jobs.frame_list,
+        type=inputs.frame_list,
         metavar="LIST",
         help="five: frames of the characters' own animation, as 1-24, 1-24:4 or 1,5,9",
     )
@@ -124,15 +123,15 @@ def parse(arguments: list[str]) -> Options:
         "--full-figure", action="store_const", const=True, help="five: show the human from head to toe instead of as a bust"
     )
     parser.add_argument(
-        "--leave-out",
+        "--optimize",
         action=BooleanOptionalAction,
-        help="five, face: give each engine the least of every material that renders the same picture (default: on)",
+        help="five, face: optimize the materials for each engine, which renders the same picture (default: on)",
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder to write (default: {OUT}; with --job the job's own)")
     parser.add_argument("--save-blend", action="store_true", help="also write SCENE.blend, the scene to open in Blender")
     job = "five, face: render nothing, but write a job bundle of Open Job Description that does"
     parser.add_argument("--job", type=Path, metavar="DIR", help=job)
-    parser.add_argument("--chunk", type=jobs.chunk_size, metavar="N", help="with --job: frames of one task (default: 8)")
+    parser.add_argument("--chunk", type=inputs.chunk_size, metavar="N", help="with --job: frames of one task (default: 8)")
     got = parser.parse_args(arguments)
     scene = SCENES[got.scene]
     for key in got.engine or ():
@@ -146,7 +145,7 @@ def parse(arguments: list[str]) -> Options:
         parser.error("--chunk is of --job")
     if got.save_blend and len(got.character or ()) > 1:
         parser.error("--save-blend is of one --character")
-    names = ("character", "frames", "sigma", "albedo", "full_figure", "error", "leave_out", "job")
+    names = ("character", "frames", "sigma", "albedo", "full_figure", "error", "optimize", "job")
     special = {name: getattr(got, name) for name in names}
     for name, value in special.items():
         if value is not None and name not in scene.knows:
@@ -164,7 +163,7 @@ def parse(arguments: list[str]) -> Options:
         sigmas=special["sigma"],
         albedo=special["albedo"],
         full_figure=special["full_figure"],
-        leave_out=special["leave_out"],
+        optimize=special["optimize"],
         out=got.out or OUT,
         save_blend=got.save_blend,
         job=got.job,
@@ -232,31 +231,32 @@ def _albedo(text: str) -> float:
     return value
 
 
-def compare(options: Options, staging: Staging, terminal: Terminal) -> None:
-    """Render, measure and write everything into `staging`, then publish it."""
-    written = SCENES[options.scene].compare(options, start_blender(options.engines, terminal), staging, terminal)
+def compare(options: Options, output: OutputFolder, terminal: Terminal) -> None:
+    """Render, measure and write everything into `output`, then publish it."""
+    written = SCENES[options.scene].compare(options, start_blender(options.engines, terminal), output, terminal)
     terminal.say(f"Wrote {', '.join(written)} to {options.out}")
 
 
-def publish(options: Options, chosen: list["Engine"], staging: Staging, found: dict[str, object]) -> list[str]:
+def publish(options: Options, chosen: list["Engine"], output: OutputFolder, found: dict[str, object]) -> list[str]:
     """Write what was `found` with the machine and the options as compare.json, publish all files and return their names."""
     from true_diffuse.addon.probe.environment import environment
 
-    staging.write_json("compare.json", {**found, "environment": environment(chosen), "options": vars_of(options)})
-    return staging.publish()
+    output.write_json("compare.json", {**found, "environment": environment(chosen), "options": vars_of(options)})
+    return output.publish()
 
 
 def _samples_of(options: Options, engine: "Engine") -> int:
     return options.samples or SCENES[options.scene].samples[engine.key]
 
 
-def order_of(options: Options, engines: Sequence[str], choices: Mapping[str, "Choice"]) -> "Order":
-    """Return what the options order of the five characters. Raises BadInput where a character's file is not there."""
-    from true_diffuse.scripts.farm.five import CHUNK, Order, Way
+def five_spec(options: Options, engines: Sequence[str], choices: Mapping[str, "Choice"]) -> "FiveSpec":
+    """Return what the options ask for of the five characters. Raises BadInput where a character's file is not there."""
+    from true_diffuse.scripts.studies.comparison.base import CHUNK
+    from true_diffuse.scripts.studies.comparison.five import Configuration, JobSpec
 
     defaults = SCENES["five"].samples
-    return Order(
-        characters=jobs.characters(options.characters),
+    return JobSpec(
+        characters=inputs.checked_characters(options.characters),
         frames=options.frames or (None,),
         engines=tuple(engines),
         samples={key: choices[key].samples if key in choices else options.samples or defaults[key] for key in engines},
@@ -264,63 +264,75 @@ def order_of(options: Options, engines: Sequence[str], choices: Mapping[str, "Ch
         sigmas=options.sigmas,
         albedo=options.albedo,
         full_figure=options.full_figure,
-        leave_out=options.leave_out,
-        ways={key: Way(choice.mode, choice.osl) for key, choice in choices.items()},
+        optimize=options.optimize,
+        configurations={key: Configuration(choice.mode, choice.osl) for key, choice in choices.items()},
         chunk=options.chunk or CHUNK,
     )
 
 
-def order_job(options: Options, staging: Staging, terminal: Terminal) -> None:
+def face_spec(options: Options, engines: Sequence[str]) -> "FaceSpec":
+    """Return what the options ask for of the face. Raises BadInput where a character's file is not there."""
+    from true_diffuse.scripts.studies.comparison.face import JobSpec
+
+    return JobSpec(
+        characters=inputs.checked_characters(options.characters),
+        engines=tuple(engines),
+        samples={key: options.samples or SCENES["face"].samples[key] for key in engines},
+        resolution=options.resolution,
+        optimize=options.optimize,
+    )
+
+
+def write_job(options: Options, output: OutputFolder, terminal: Terminal) -> None:
     """Write the job that renders and measures the scene."""
     load_bpy()
+    from true_diffuse.scripts.farm import comparison, jobs
+
     assert options.job is not None
-    if options.scene == "face":
-        order = face_order(options, options.engines)
-        steps = jobs.face_steps(order)
-    else:
-        order = order_of(options, options.engines, {})
-        steps = jobs.five_steps(order)
-    document = {"study": options.scene, "order": order.packed(), "options": vars_of(options)}
-    description = f"{len(order.characters)} characters, {len(order.frames)} frames, {', '.join(order.engines)}"
+    spec = face_spec(options, options.engines) if options.scene == "face" else five_spec(options, options.engines, {})
+    document = {"study": options.scene, "spec": spec.to_json(), "options": vars_of(options)}
+    description = f"{len(spec.characters)} characters, {len(spec.frames)} frames, {', '.join(spec.engines)}"
     target = options.job, None if options.out == OUT else options.out
-    jobs.write_job(f"True Diffuse, scene {options.scene}", description, document, steps, target, staging, terminal)
+    jobs.write_job(f"True Diffuse, scene {options.scene}", description, document, comparison.steps(spec), target, output, terminal)
 
 
-def compare_five(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
+def compare_five(options: Options, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> list[str]:
     """Compare the five characters with the analytic models."""
-    from true_diffuse.scripts.farm.five import Five, collect
-    from true_diffuse.scripts.studies import five, pictures
+    from true_diffuse.scripts.studies import five
+    from true_diffuse.scripts.studies.comparison.five import Renderer
 
     choices = _pick(options, chosen, terminal)
-    order = order_of(options, [engine.key for engine in chosen], choices)
-    worker = Five(order, chosen)
-    collected = _do_all(worker, collect, staging, terminal)
-    _tell_left_out(worker.left_out, terminal)
-    if options.save_blend and worker.stage:
-        pictures.save_blend(worker.stage.scene, staging.folder / "five.blend")
+    spec = five_spec(options, [engine.key for engine in chosen], choices)
+    collected = _render(Renderer(spec, chosen), options, output, terminal)
     got = _got(options, choices, collected.records, terminal)
-    document = {**collected.document, "options": vars_of(options)} | ({"choices": got} if got else {})
-    staging.write_json("compare.json", document)
-    written = staging.publish()
+    document = {**collected.document(), "options": vars_of(options)} | ({"choices": got} if got else {})
+    output.write_json("compare.json", document)
+    written = output.publish()
     terminal.table("Error against the analytic model, key light alone", *five.table(collected.records))
     if held := collected.realtime_from_cycles:
         terminal.table("Realtime from Cycles with no bounces, key light alone", *five.realtime_table(held))
     return written
 
 
-def _do_all[C](worker: "Five | Face", collect: Callable[..., C], staging: Staging, terminal: Terminal) -> C:
-    """Do all parts of a worker's order and return what they come to, pictures staged. Raises BadInput where one cannot be done."""
-    from true_diffuse.scripts.farm.results import BatchError, Results
+def _render(renderer: "Renderer[Any]", options: Options, output: OutputFolder, terminal: Terminal) -> "Collected":
+    """Render all that a renderer's spec asks for; return what it comes to, pictures in `output`. Raises BadInput."""
+    from true_diffuse.scripts.studies import pictures
+    from true_diffuse.scripts.studies.comparison.base import Collected
+    from true_diffuse.scripts.studies.comparison.outcomes import Outcomes, WorkError
 
-    with tempfile.TemporaryDirectory(prefix="parts_", dir=staging.folder) as folder:
-        results = Results(Path(folder), "")
-        try:
-            with terminal.progress(worker.order.work()) as progress:
-                for parts in worker.order.chunks():
-                    worker.do(parts, results, progress)
-            return collect(worker.order, results, staging.folder)
-        except BatchError as error:
-            raise BadInput(str(error)) from error
+    collected, chunks = Collected(), list(renderer.spec.chunks())
+    try:
+        with terminal.progress(sum(renderer.spec.work(item) for chunk in chunks for item in chunk)) as progress:
+            for chunk in chunks:
+                outcomes = Outcomes()
+                renderer.do(chunk, outcomes, progress)
+                renderer.collect(chunk, outcomes, output.folder, collected)
+    except WorkError as error:
+        raise BadInput(str(error)) from error
+    _describe_optimized(renderer.optimized, terminal)
+    if options.save_blend and renderer.scene:
+        pictures.save_blend(renderer.scene, output.folder / f"{options.scene}.blend")
+    return collected
 
 
 def _pick(options: Options, chosen: list["Engine"], terminal: Terminal) -> dict[str, "Choice"]:
@@ -364,48 +376,29 @@ def _got(
     return found
 
 
-def _tell_left_out(found: Mapping[str, list["OptimizedNode"]], terminal: Terminal) -> None:
-    """Restore the materials, and say what was left out of them, by engine."""
+def _describe_optimized(found: Mapping[str, list["OptimizedNode"]], terminal: Terminal) -> None:
+    """Restore the materials, and say what was optimized in them, by engine."""
     from true_diffuse.addon.optimize.materials import COLUMNS, restore_materials, rows
 
     restore_materials()
     for label, findings in found.items():
         if findings:
-            terminal.table(f"Left out for {label}", COLUMNS, rows(findings))
+            terminal.table(f"Materials optimized for {label}", COLUMNS, rows(findings))
 
 
-def face_order(options: Options, engines: Sequence[str]) -> "FaceOrder":
-    """Return what the options order of the face. Raises BadInput where a character's file is not there."""
-    from true_diffuse.scripts.farm.face import Order
-
-    return Order(
-        characters=jobs.characters(options.characters),
-        engines=tuple(engines),
-        samples={key: options.samples or SCENES["face"].samples[key] for key in engines},
-        resolution=options.resolution,
-        leave_out=options.leave_out,
-    )
-
-
-def compare_face(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
+def compare_face(options: Options, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> list[str]:
     """Compare the engines' heads with BRDF, BSSRDF and the mixed model with those of Cycles, region by region."""
-    from true_diffuse.scripts.farm.face import Face, collect
     from true_diffuse.scripts.studies import face as study
-    from true_diffuse.scripts.studies import pictures
+    from true_diffuse.scripts.studies.comparison.face import Renderer
 
-    order = face_order(options, [engine.key for engine in chosen])
-    worker = Face(order, chosen)
-    collected = _do_all(worker, collect, staging, terminal)
-    _tell_left_out(worker.left_out, terminal)
-    if options.save_blend and worker.stage:
-        pictures.save_blend(worker.stage.scene, staging.folder / "face.blend")
-    staging.write_json("compare.json", {**collected.document, "options": vars_of(options)})
-    written = staging.publish()
+    collected = _render(Renderer(face_spec(options, [engine.key for engine in chosen]), chosen), options, output, terminal)
+    output.write_json("compare.json", {**collected.document(), "options": vars_of(options)})
+    written = output.publish()
     terminal.table("On skin, RMS difference from Cycles, key and back light alone", *study.table(collected.records))
     return written
 
 
-def compare_searchlight(options: Options, chosen: list["Engine"], staging: Staging, terminal: Terminal) -> list[str]:
+def compare_searchlight(options: Options, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> list[str]:
     """Compare where a narrow beam's light leaves a slab with Burley and the dipole."""
     from true_diffuse.scripts.studies import searchlight
 
@@ -414,8 +407,8 @@ def compare_searchlight(options: Options, chosen: list["Engine"], staging: Stagi
     samples = {engine.key: _samples_of(options, engine) for engine in chosen}
     with terminal.progress(searchlight.work(chosen)) as progress:
         records = list(searchlight.records(chosen, samples, progress))
-    staging.write_text("searchlight.svg", searchlight.svg(records, *options.resolution))
-    written = publish(options, chosen, staging, {"records": records})
+    output.write_text("searchlight.svg", searchlight.svg(records, *options.resolution))
+    written = publish(options, chosen, output, {"records": records})
     terminal.table("Where a narrow beam's light leaves the slab, R [1 / mfp^2]", *searchlight.table(records))
     return written
 
@@ -434,13 +427,13 @@ SCENES = {
             "error": None,
             "job": None,
         }
-        | LEAVE_OUT,
+        | OPTIMIZE,
     ),
     "face": Scene(
         compare=compare_face,
         resolution=(1200, 480),
         samples={"eevee": 32, "cycles": 20, "realtime": 32},
-        knows={"character": ["human"], "job": None} | LEAVE_OUT,
+        knows={"character": ["human"], "job": None} | OPTIMIZE,
     ),
     "searchlight": Scene(
         compare=compare_searchlight,

@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, script_arguments
-from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import load_character, run_script, start_blender
 
 if TYPE_CHECKING:
@@ -57,8 +57,8 @@ def _usd_file(text: str) -> Path:
     return path
 
 
-def export(options: Namespace, staging: Staging, terminal: Terminal) -> None:
-    """Build or open the scene, write it into `staging`, then publish it."""
+def export(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
+    """Build or open the scene, write it into `output`, then publish it."""
     start_blender(("cycles",), terminal)
     import bpy
 
@@ -72,7 +72,7 @@ def export(options: Namespace, staging: Staging, terminal: Terminal) -> None:
         for item in bpy.context.view_layer.objects:
             item.select_set(item in shown)
         with progress.step(f"Writing {len(shown)} objects", 1.0):
-            file = staging.folder / options.out.name
+            file = output.folder / options.out.name
             try:
                 bpy.ops.wm.usd_export(filepath=str(file), selected_objects_only=options.material is not None)
             except RuntimeError as error:
@@ -81,7 +81,7 @@ def export(options: Namespace, staging: Staging, terminal: Terminal) -> None:
         raise BadInput(f"Blender cannot write {options.out}")
     for line in usd.report.take():
         terminal.say(line)
-    written = _publish_textures(staging) + staging.publish()
+    written = _publish_textures(output) + output.publish()
     terminal.say(f"Wrote {', '.join(written)} to {options.out.parent}")
 
 
@@ -123,12 +123,12 @@ def _showing(scene: "bpy.types.Scene", material: str | None) -> list["bpy.types.
     return shown
 
 
-def _publish_textures(staging: Staging) -> list[str]:
+def _publish_textures(output: OutputFolder) -> list[str]:
     """Move the textures to a folder beside the final file, which may have others in it; returns their names."""
-    folder = staging.folder / "textures"
+    folder = output.folder / "textures"
     if not folder.is_dir():
         return []
-    target = staging.target / folder.name
+    target = output.target / folder.name
     names = sorted(path.name for path in folder.iterdir())
     try:
         target.mkdir(exist_ok=True)

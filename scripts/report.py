@@ -8,7 +8,6 @@ import os
 import sys
 import time
 from argparse import ArgumentTypeError, Namespace
-from collections.abc import Callable
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,19 +16,17 @@ from typing import TYPE_CHECKING
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
-from true_diffuse.scripts.cli import startup
+from true_diffuse.scripts.cli import inputs, startup
 from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, script_arguments
-from true_diffuse.scripts.cli.outputs import Staging
-from true_diffuse.scripts.cli.startup import ENGINE_KEYS, engine_list, load_bpy, load_character, run_script, start_blender
-from true_diffuse.scripts.farm import jobs
+from true_diffuse.scripts.cli.outputs import OutputFolder
+from true_diffuse.scripts.cli.startup import ENGINE_KEYS, engine_list, load_bpy, run_script, start_blender
 
 if TYPE_CHECKING:
     from true_diffuse.addon.blender.engines import Engine
     from true_diffuse.scripts.studies.work_precision.journal import Journal
-    from true_diffuse.scripts.studies.work_precision.test_scenes import Stage
+    from true_diffuse.scripts.studies.work_precision.test_scenes import TestScene
 
 SCENES = ("sphere", "furnace", "five", "face")
-SHADERS_WORK = 15.0  # [s]
 LEAST_WORK = 1e-9  # where all is done already
 JOURNALS = {True: ".journal_quick", False: ".journal"}  # neither run takes the other's
 AGAIN = "run it again to go on from here"
@@ -47,7 +44,7 @@ def scene_list(text: str) -> tuple[str, ...]:
 def main() -> int:
     """Run the script; returns the exit status."""
     parser = Parser(prog="report.py", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="fewer contestants, samples and repeats, in four minutes")
+    parser.add_argument("--quick", action="store_true", help="fewer variants, samples and repeats, in four minutes")
     parser.add_argument("--engine", type=engine_list, default=ENGINE_KEYS, metavar="LIST", help=f"default: {','.join(ENGINE_KEYS)}")
     parser.add_argument("--scene", type=scene_list, default=SCENES, metavar="LIST", help=f"default: {','.join(SCENES)}")
     who = "of the scene five: human, monkey or a file (default: human); with --job any number, also patterns as 'shots/*.glb'"
@@ -58,7 +55,7 @@ def main() -> int:
     options = parser.parse_args(script_arguments())
     options.character = options.character or ["human"]
     if options.job:
-        return run_script(parser.prog, options.job, partial(order, options))
+        return run_script(parser.prog, options.job, partial(write_job, options))
     if len(options.character) > 1:
         parser.error("several characters need --job")
     options.out = options.out or Path("report")
@@ -66,8 +63,8 @@ def main() -> int:
     return run_script(parser.prog, options.out, partial(report, options), AGAIN)
 
 
-def report(options: Namespace, staging: Staging, terminal: Terminal) -> None:
-    """Measure what is not measured yet, write everything into `staging` and publish it."""
+def report(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
+    """Measure what is not measured yet, write everything into `output` and publish it."""
     engines = start_blender(options.engine, terminal)
     from true_diffuse.addon.probe.environment import environment
     from true_diffuse.scripts.studies.work_precision import document
@@ -87,33 +84,27 @@ def report(options: Namespace, staging: Staging, terminal: Terminal) -> None:
     measure(options, engines, journal, terminal)
     texts, advice = document.files({"environment": machine, "options": asked}, journal)
     for name, text in texts.items():
-        staging.write_text(name, text)
-    written = staging.publish()
+        output.write_text(name, text)
+    written = output.publish()
     journal.remove()
     for line in advice:
         terminal.say(line)
     terminal.say(f"Wrote {', '.join(written)} to {options.out}")
 
 
-def order(options: Namespace, staging: Staging, terminal: Terminal) -> None:
+def write_job(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
     """Write the job that measures all of it."""
     load_bpy()
-    from true_diffuse.scripts.farm.report import Order
+    from true_diffuse.scripts.farm import jobs
+    from true_diffuse.scripts.farm.report import JobSpec, steps
 
-    characters = jobs.characters(options.character)
-    hard = not options.quick and find_spec("mpmath") is not None
-    ordered = Order(characters, options.engine, options.scene, options.quick, hard)
-    job = {"study": "report", "order": ordered.packed()}
+    characters = inputs.checked_characters(options.character)
+    hard_inputs = not options.quick and find_spec("mpmath") is not None
+    spec = JobSpec(characters, options.engine, options.scene, options.quick, hard_inputs)
+    document = {"study": "report", "spec": spec.to_json()}
     description = f"{', '.join(options.scene)} in {', '.join(options.engine)}, {len(characters)} characters"
-    jobs.write_job(
-        "True Diffuse, error against run time",
-        description,
-        job,
-        jobs.report_steps(ordered),
-        (options.job, options.out),
-        staging,
-        terminal,
-    )
+    target = options.job, options.out
+    jobs.write_job("True Diffuse, error against run time", description, document, steps(spec), target, output, terminal)
 
 
 def measure(options: Namespace, engines: list["Engine"], journal: "Journal", terminal: Terminal) -> None:
@@ -121,46 +112,49 @@ def measure(options: Namespace, engines: list["Engine"], journal: "Journal", ter
     from true_diffuse.scripts.studies.work_precision import run
 
     terminal.say("Building the scenes")
-    stages = build(options, engines, journal)
-    parts, homes = run.plan(stages, journal), [] if options.quick else shader_homes(engines, journal, terminal)
-    with terminal.progress(run.work(parts, engines, journal) + SHADERS_WORK * len(homes) + LEAST_WORK) as progress:
-        run.run(parts, engines, journal, progress)
-        for home in homes:
-            with progress.step(f"Hard inputs  {home}", SHADERS_WORK):
-                run.hard_inputs(home, journal)
+    remaining = run.plan(build(options, engines, journal), engines, journal)
+    targets = [] if options.quick else hard_input_targets(engines, journal, terminal)
+    starts = next((left.scene for left in remaining if left.starts_eevee), None)
+    work = sum(left.seconds for left in remaining) + run.STARTUP_WORK * bool(starts) + run.HARD_WORK * len(targets)
+    with terminal.progress(work + LEAST_WORK) as progress:
+        if starts:
+            with progress.step("Starting EEVEE", run.STARTUP_WORK):
+                run.start_eevee(starts, journal)
+        for left in remaining:
+            run.run(left, journal, progress)
+        for target in targets:
+            with progress.step(f"Hard inputs  {target}", run.HARD_WORK):
+                run.hard_inputs(target, journal)
 
 
-def shader_homes(engines: list["Engine"], journal: "Journal", terminal: Terminal) -> list[str]:
-    """Return where models live that are still to be held against the formulas in all digits: GLSL, OSL."""
+def hard_input_targets(engines: list["Engine"], journal: "Journal", terminal: Terminal) -> list[str]:
+    """Return the targets of the models that are still to be held against the formulas in all digits: GLSL, OSL."""
     from true_diffuse.addon.blender.osl import compiles_osl
+    from true_diffuse.scripts.studies.work_precision.run import HARD_INPUTS, TARGETS
 
     if find_spec("mpmath") is None:
         terminal.say("The formulas in all digits need the package mpmath: GLSL and OSL are not held against them")
         return []
-    keys = [engine.key for engine in engines]
-    homes = ["GLSL"] * ("eevee" in keys) + ["OSL"] * ("cycles" in keys and compiles_osl())
-    return [home for home in homes if ("shaders", home) not in journal.units]
+    targets = [TARGETS[engine.key] for engine in engines if engine.key in TARGETS]
+    return [target for target in targets if (HARD_INPUTS, target) not in journal.units and (target != "OSL" or compiles_osl())]
 
 
-def build(options: Namespace, engines: list["Engine"], journal: "Journal") -> list["Stage"]:
-    """Return the scenes, and keep how long each took to build."""
-    from true_diffuse.scripts.studies.work_precision import test_scenes
+def build(options: Namespace, engines: list["Engine"], journal: "Journal") -> list["TestScene"]:
+    """Return the scenes, and keep how long each took to build. Raises BadInput where a character cannot be had."""
+    from true_diffuse.scripts.characters.character import CharacterError
+    from true_diffuse.scripts.studies.work_precision import run, test_scenes
 
-    (who,) = options.character
-    made: dict[str, Callable[[], Stage]] = {
-        "sphere": lambda: test_scenes.Sphere(engines, options.quick),
-        "furnace": lambda: test_scenes.Furnace(engines, options.quick),
-        "five": lambda: test_scenes.Five(engines, options.quick, load_character(who), bust=who == "human"),
-        "face": lambda: test_scenes.FaceStage(engines, options.quick, load_character("human")),
-    }
     built = []
     for name in options.scene:
         start = time.perf_counter()
-        stage = made[name]()
-        key = ("build", name)
-        if key not in journal.units:
-            journal.add(key, {"scene": name, "seconds": time.perf_counter() - start, "reference": stage.reference_text})
-        built.append(stage)
+        try:
+            scene = test_scenes.build(name, engines, options.quick, options.character[0])
+        except CharacterError as error:
+            raise BadInput(str(error)) from error
+        if (run.BUILD, name) not in journal.units:
+            about = {"scene": name, "seconds": time.perf_counter() - start, "reference": scene.reference_text}
+            journal.add((run.BUILD, name), about)
+        built.append(scene)
     return built
 
 

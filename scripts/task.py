@@ -20,20 +20,23 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import BAD_INPUT, BadInput, Parser, Terminal, script_arguments
-from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import NO_SHADER_CACHE, start_blender
 from true_diffuse.scripts.farm import worker
 from true_diffuse.scripts.farm.bundle import JOB
-from true_diffuse.scripts.farm.results import BatchError, Incomplete, Results
+from true_diffuse.scripts.farm.results import Incomplete, Results
+from true_diffuse.scripts.studies.comparison.outcomes import WorkError
 
 if TYPE_CHECKING:
     from true_diffuse.addon.blender.engines import Engine
+    from true_diffuse.scripts.farm.comparison import CompareJob
+    from true_diffuse.scripts.farm.report import ReportJob
     from true_diffuse.scripts.farm.worker import Request, Show
 
 KEEPER = os.getppid()  # before anything takes long: where it dies meanwhile, there would be another
 PARTS = "parts"  # the folder of the output that tasks write to
 STEPS = ("reference", "render")
-PARAMETERS = ("character", "frame", "engine", "look", "scene", "seed", "contestant")
+PARAMETERS = ("character", "frame", "engine", "look", "scene", "seed", "variant")
 
 
 def main() -> int:
@@ -46,7 +49,7 @@ def main() -> int:
             print(problem)
         print(f"openjd_fail: {error}", flush=True)
         return 1
-    except BatchError as error:
+    except WorkError as error:
         print(f"openjd_fail: {error}", flush=True)
         return 1
     except BadInput as error:
@@ -126,12 +129,12 @@ def do(options: Namespace) -> None:
 
 
 def by_hand(options: Namespace, request: "Request", show: "Show") -> list[str]:
-    """Do a request in this process, without Blender's chatter; returns what is to say of it. Raises BatchError, BadInput."""
+    """Do a request in this process, without Blender's chatter; returns what is to say of it. Raises WorkError, BadInput."""
     with Terminal() as terminal:
         sys.stdout = terminal.out
         try:
             return server(options, terminal)(request, show)
-        except BatchError as error:
+        except WorkError as error:
             failed = error
         finally:
             sys.stdout = sys.__stdout__
@@ -139,11 +142,11 @@ def by_hand(options: Namespace, request: "Request", show: "Show") -> list[str]:
 
 
 def in_session(options: Namespace, request: "Request", show: "Show") -> list[str]:
-    """Have the session's Blender do a request; returns what it says of it. Raises BatchError."""
+    """Have the session's Blender do a request; returns what it says of it. Raises WorkError."""
     try:
         return worker.ask(options.session, request, show)
     except ConnectionResetError as error:
-        raise BatchError(str(error)) from error
+        raise WorkError(str(error)) from error
     except ConnectionError:  # it has died before
         start(options)
         return worker.ask(options.session, request, show)
@@ -174,8 +177,8 @@ def server(options: Namespace, terminal: Terminal) -> "Callable[[Request, Show],
     document, job = read_job(options)
     if document["study"] == "report":
         os.environ.update(NO_SHADER_CACHE)
-    usable = start_blender(document["order"]["engines"], terminal)
-    study = studies()[document["study"]](document, usable)
+    usable = start_blender(document["spec"]["engines"], terminal)
+    study = load_study(document, usable)
 
     def answer(request: "Request", show: "Show") -> list[str]:
         out = Path(request["out"])
@@ -184,11 +187,11 @@ def server(options: Namespace, terminal: Terminal) -> "Callable[[Request, Show],
             study.do(request["step"], request["parameters"], results, show)
             return []
         try:
-            with Staging(out) as staging:
+            with OutputFolder(out) as output:
                 show(0.0, "Collecting")
-                return study.collect(results, staging)
+                return study.collect(results, output)
         except BadInput as error:
-            raise BatchError(str(error)) from error
+            raise WorkError(str(error)) from error
 
     return answer
 
@@ -204,8 +207,8 @@ def read_job(options: Namespace) -> tuple[dict[str, Any], str]:
         raise BadInput(f"cannot read {error.filename}: {error.strerror}") from error
     except ValueError as error:
         raise BadInput(f"{path} is no job: {error}") from error
-    characters = document["order"].get("characters", {})
-    document["order"]["characters"] = {name: mapped(who, rules.get("path_mapping_rules", ())) for name, who in characters.items()}
+    characters = document["spec"].get("characters", {})
+    document["spec"]["characters"] = {name: mapped(who, rules.get("path_mapping_rules", ())) for name, who in characters.items()}
     return document, hashlib.sha256(content).hexdigest()
 
 
@@ -219,11 +222,12 @@ def mapped(path: str, rules: list[dict[str, str]]) -> str:
     return path
 
 
-def studies() -> "dict[str, Callable[[dict[str, Any], list[Engine]], Any]]":
-    """Return the studies that can be a job, by name."""
-    from true_diffuse.scripts.farm.jobs import CompareJob, ReportJob
+def load_study(document: dict[str, Any], usable: "list[Engine]") -> "CompareJob | ReportJob":
+    """Return who does the tasks of a job's study."""
+    from true_diffuse.scripts.farm.comparison import CompareJob
+    from true_diffuse.scripts.farm.report import ReportJob
 
-    return {"five": CompareJob, "face": CompareJob, "report": ReportJob}
+    return (ReportJob if document["study"] == "report" else CompareJob)(document, usable)
 
 
 COMMANDS: dict[str, Callable[[Namespace], None]] = {

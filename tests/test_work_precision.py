@@ -188,9 +188,9 @@ def document() -> dict[str, object]:
         "options": {"quick": True, "engines": ["cycles"], "scenes": ["sphere"]},
         "scenes": [{"scene": "sphere", "seconds": 0.1, "reference": "a <formula>"}],
         "curves": found,
-        "cold": [],
+        "startup": [],
         "stability": list(stability.records()),
-        "shaders": [],
+        "hard_inputs": [],
         "claims": [{"claim": "a < b", "measured": ["1 < 2"], "verdict": "True"}],
         "recommendations": curves.recommendations(found),
     }

@@ -11,7 +11,7 @@ from types import TracebackType
 from true_diffuse.scripts.cli.console import BadInput
 
 
-class Staging:
+class OutputFolder:
     """A context with a hidden `folder` inside the final one; `publish` moves its files to `target`, leaving it removes the rest.
 
     `target` is made where it is missing, and removed again where nothing gets published. Raises BadInput on entry where `target`
@@ -22,7 +22,7 @@ class Staging:
         self.target = target
         self.made: list[Path] = []
 
-    def __enter__(self) -> "Staging":
+    def __enter__(self) -> "OutputFolder":
         try:
             for place in reversed((self.target, *self.target.parents)):
                 if not place.exists():

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from true_diffuse.scripts.cli.console import BAD_INPUT, BadInput, Terminal, stop_cleanly
-from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.outputs import OutputFolder
 
 try:
     from true_diffuse.scripts.cli.rich_terminal import RichTerminal as BestTerminal
@@ -43,16 +43,16 @@ def sample_count(text: str) -> int:
     return int(text)
 
 
-def run_script(prog: str, folder: Path, work: Callable[[Staging, Terminal], None], left: str = "nothing written") -> int:
+def run_script(prog: str, folder: Path, work: Callable[[OutputFolder, Terminal], None], left: str = "nothing written") -> int:
     """Do `work` in a terminal, its files staged for `folder`; return the exit status, having said what went wrong if so.
 
     `left` is what an interrupt leaves, in words.
     """
     try:
-        with Staging(folder) as staging:
-            stop_cleanly(staging.discard, left)
+        with OutputFolder(folder) as output:
+            stop_cleanly(output.discard, left)
             with BestTerminal() as terminal:
-                work(staging, terminal)
+                work(output, terminal)
     except BadInput as error:
         print(f"{prog}: error: {error}", file=sys.stderr)
         return BAD_INPUT

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A batch as a job bundle of Open Job Description, in the layout that AWS Deadline Cloud reads. No bpy.
+"""A job bundle of Open Job Description, in the layout that AWS Deadline Cloud reads, as JSON. No bpy.
 
 https://github.com/OpenJobDescription/openjd-specifications (2023-09). The bundle carries the code that its tasks run, so that it
 needs nothing of the checkout and gives the same figures while that goes on. A session's environment keeps one Blender alive.
@@ -7,7 +7,6 @@ needs nothing of the checkout and gives the same figures while that goes on. A s
 
 import hashlib
 import json
-import re
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,13 +16,10 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[2]
 CODE = ("__init__.py", "blender_manifest.toml", "addon", "scenes", "scripts", "shaders")
 SUFFIXES = (".py", ".toml", ".glsl", ".osl", ".blend")
-JOB = "job.json"  # what is ordered
+JOB = "job.json"  # the study and its JobSpec
 SESSION = ["--session", "{{Session.WorkingDirectory}}"]
 PATHS = ["--path-mapping", "{{Session.PathMappingRulesFile}}"]
 BEGIN_SECONDS, END_SECONDS = 600, 60
-PLAIN = re.compile(r"[A-Za-z][\w /.-]*")  # text that YAML takes for nothing else
-UNPRINTABLE = re.compile("[\x7f-\x9f\u2028\u2029\ud800-\udfff\ufeff\ufffe\uffff]")
-WORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}  # which YAML does
 
 
 @dataclass(frozen=True)
@@ -60,13 +56,12 @@ def write(job: Job, folder: Path, output: Path | None) -> None:
 
     Raises OSError.
     """
-    values: list[dict[str, str]] = [{"name": "OutputDir", "value": str(output)}] if output else []
-    outputs = [str(output)] if output else []
-    references = {"inputs": {"filenames": list(job.inputs), "directories": []}, "outputs": {"directories": outputs}}
-    (folder / "template.yaml").write_text(yaml(template(job)), encoding="utf-8")
-    (folder / "parameter_values.yaml").write_text(yaml({"parameterValues": values}), encoding="utf-8")
-    references = {"assetReferences": {**references, "referencedPaths": []}}
-    (folder / "asset_references.yaml").write_text(yaml(references), encoding="utf-8")
+    values = [{"name": "OutputDir", "value": str(output)}] if output else []
+    inputs, outputs = {"filenames": list(job.inputs), "directories": []}, {"directories": [str(output)] if output else []}
+    _write(folder / "template.json", template(job))
+    _write(folder / "parameter_values.json", {"parameterValues": values})
+    assets = {"inputs": inputs, "outputs": outputs, "referencedPaths": []}
+    _write(folder / "asset_references.json", {"assetReferences": assets})
     code = hashlib.sha256()
     for path in _code():
         place = path.relative_to(ROOT)
@@ -75,8 +70,11 @@ def write(job: Job, folder: Path, output: Path | None) -> None:
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(path, target)
     # results of another version of the code are those of another job
-    document = {**job.document, "code": code.hexdigest()}
-    (folder / JOB).write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+    _write(folder / JOB, {**job.document, "code": code.hexdigest()})
+
+
+def _write(path: Path, document: Mapping[str, Any]) -> None:
+    path.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
 
 
 def _code() -> Iterator[Path]:
@@ -155,31 +153,3 @@ def _action(command: str, arguments: Sequence[str], timeout: int | None = None) 
     script = "{{Param.JobDir}}/true_diffuse/scripts/task.py"
     action = {"command": "{{Param.Python}}", "args": [script, command, "{{Param.JobDir}}", *arguments]}
     return action if timeout is None else {**action, "timeout": timeout}
-
-
-def yaml(value: Any, indent: int = 0) -> str:  # noqa: ANN401 - any of those
-    """Return maps, lists, text, whole numbers and truth values as YAML to read, in blocks; short lists on one line."""
-    pad = " " * indent
-    if isinstance(value, Mapping) and value:
-        return "".join(f"{pad}{name}:{_below(item, indent)}" for name, item in value.items())
-    if isinstance(value, list) and value:
-        items = [yaml(item, indent + 2) if isinstance(item, (Mapping, list)) and item else f"{_scalar(item)}\n" for item in value]
-        return "".join(f"{pad}- {item.lstrip(' ')}" for item in items)
-    return f"{pad}{_scalar(value)}\n"
-
-
-def _below(value: Any, indent: int) -> str:  # noqa: ANN401
-    if isinstance(value, list) and value and not any(isinstance(item, (Mapping, list)) for item in value):
-        line = f" [{', '.join(map(_scalar, value))}]\n"
-        if len(line) < 100:
-            return line
-    if isinstance(value, (Mapping, list)) and value:
-        return f"\n{yaml(value, indent + 2)}"
-    return f" {_scalar(value)}\n"
-
-
-def _scalar(value: Any) -> str:  # noqa: ANN401
-    """Return one value; JSON's text is YAML's, too, but for what YAML wants escaped."""
-    if isinstance(value, str) and PLAIN.fullmatch(value) and value.lower() not in WORDS and not value.endswith(" "):
-        return value
-    return UNPRINTABLE.sub(lambda found: f"\\u{ord(found[0]):04x}", json.dumps(value, ensure_ascii=False))

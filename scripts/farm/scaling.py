@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, script_arguments
-from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import NODE_ENGINES, engine_list, run_script, sample_count
 
 SCRIPTS = Path(__file__).resolve().parents[1]
@@ -50,7 +50,7 @@ def main() -> int:
     return run_script(parser.prog, options.out.parent, partial(scaling, options))
 
 
-def scaling(options: Namespace, staging: Staging, terminal: Terminal) -> None:
+def scaling(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
     """Measure, and write and tell what was found."""
     if find_spec("openjd") is None:
         raise BadInput("sessions need the package openjd-cli")
@@ -77,8 +77,8 @@ def scaling(options: Namespace, staging: Staging, terminal: Terminal) -> None:
         "parts": parts,
         "farm": farm(parts, len(job.tasks)),
     }
-    staging.write_json(options.out.name, found)
-    staging.publish()
+    output.write_json(options.out.name, found)
+    output.publish()
     tell(found, terminal)
     terminal.say(f"Wrote {options.out}")
 

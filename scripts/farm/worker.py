@@ -18,7 +18,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
-from true_diffuse.scripts.farm.results import BatchError, Incomplete, write_whole
+from true_diffuse.scripts.farm.results import Incomplete, write_whole
+from true_diffuse.scripts.studies.comparison.outcomes import WorkError
 
 ADDRESS, LOG = "worker.json", "worker.log"
 START_SECONDS = 300.0  # a cold Blender on a slow disk, and the question whether EEVEE runs, which starts another
@@ -30,8 +31,8 @@ type Request = dict[str, Any]
 type Show = Callable[[float, str], None]  # how far a task is [%], and with what
 
 
-class Told:
-    """A `Progress` that passes on how far a task of so much `work` is."""
+class Shown:
+    """A `Progress` that shows how far a task of so much `work` is."""
 
     def __init__(self, work: float, show: Show) -> None:
         self.work = work
@@ -103,14 +104,14 @@ def _answer(stream: IO[str], word: str, do: Callable[[Request, Show], list[str]]
 
     try:
         said = do(request, lambda percent, text: say({"percent": percent, "text": text}))
-    except BatchError as error:
+    except WorkError as error:
         say({"fail": str(error), "said": error.problems if isinstance(error, Incomplete) else []})
     else:
         say({"done": said})
 
 
 def begin(session: Path, command: Sequence[str | Path]) -> None:
-    """Start a worker with `command` and wait until it listens; raises BatchError with its last words where it does not."""
+    """Start a worker with `command` and wait until it listens; raises WorkError with its last words where it does not."""
     (session / ADDRESS).unlink(missing_ok=True)
     with (session / LOG).open("ab") as log:
         process = subprocess.Popen(
@@ -124,17 +125,17 @@ def begin(session: Path, command: Sequence[str | Path]) -> None:
     start = time.monotonic()
     while not (session / ADDRESS).exists():
         if process.poll() is not None:
-            raise BatchError(f"Blender ended at its start: {last_words(session)}")
+            raise WorkError(f"Blender ended at its start: {last_words(session)}")
         if time.monotonic() - start > START_SECONDS:
             process.kill()
-            raise BatchError(f"Blender did not start in {START_SECONDS:.0f} s: {last_words(session)}")
+            raise WorkError(f"Blender did not start in {START_SECONDS:.0f} s: {last_words(session)}")
         time.sleep(0.05)
 
 
 def ask(session: Path, request: Request, show: Show) -> list[str]:
     """Have the worker do what is asked, and return what it says of it.
 
-    Raises BatchError where it fails, ConnectionError where it is not there or dies.
+    Raises WorkError where it fails, ConnectionError where it is not there or dies.
     """
     address = _address(session)
     if address is None:
@@ -148,7 +149,7 @@ def ask(session: Path, request: Request, show: Show) -> list[str]:
         for line in _lines(stream):
             answer = json.loads(line)
             if "fail" in answer:
-                raise Incomplete(answer["said"]) if answer["said"] else BatchError(answer["fail"])
+                raise Incomplete(answer["said"]) if answer["said"] else WorkError(answer["fail"])
             if "done" in answer:
                 return answer["done"]
             show(answer["percent"], answer["text"])

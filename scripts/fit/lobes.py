@@ -23,7 +23,7 @@ from true_diffuse.addon.models import Fujii, Model, OrenNayar, OrenNayar1994, Pi
 from true_diffuse.addon.models.quadrature import gauss_legendre
 from true_diffuse.addon.models.vector import Vector, from_polar
 from true_diffuse.scripts.cli.console import Parser, Terminal, script_arguments
-from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import run_script
 
 N = (0.0, 0.0, 1.0)
@@ -301,7 +301,7 @@ def main() -> int:
     return run_script(parser.prog, options.out.parent, partial(write, options))
 
 
-def write(options: Namespace, staging: Staging, terminal: Terminal) -> None:
+def write(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
     """Fit and write the table, or search and show what was found."""
     if options.search:
         for key in FAMILIES:
@@ -309,8 +309,8 @@ def write(options: Namespace, staging: Staging, terminal: Terminal) -> None:
                 least, directions = search(key, scheme)
                 terminal.say(f"{key} {scheme}: {100.0 * least:.2f} % with {', '.join(f'{value:.3g}' for value in directions)}")
         return
-    staging.write_text(options.out.name, source(fit_all(ORDER, VIEWS), transmittance(ORDER)))
-    staging.publish()
+    output.write_text(options.out.name, source(fit_all(ORDER, VIEWS), transmittance(ORDER)))
+    output.publish()
     terminal.say(f"Wrote {options.out}")
 
 

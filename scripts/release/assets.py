@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import Parser, Terminal, script_arguments
-from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import empty_file, run_script
 
 FOLDER = Path(__file__).resolve().parents[2] / "dist" / "true_diffuse_assets"
@@ -27,14 +27,14 @@ def main() -> int:
     return run_script("assets.py", options.out, partial(library, options.out))
 
 
-def library(out: Path, staging: Staging, terminal: Terminal) -> None:
-    """Write the library into `staging`, then publish it."""
+def library(out: Path, output: OutputFolder, terminal: Terminal) -> None:
+    """Write the library into `output`, then publish it."""
     terminal.say("Loading Blender")
     from true_diffuse.addon.material import assets
 
     empty_file()
-    assets.write(staging.folder)
-    written = staging.publish()
+    assets.write(output.folder)
+    written = output.publish()
     size = sum((out / name).stat().st_size for name in written)
     terminal.say(f"Wrote {', '.join(written)}, {size / 1000.0:.0f} kB, to {out}")
 

@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import Parser, Terminal, script_arguments
-from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import run_script, sample_count, start_blender
 from true_diffuse.scripts.release.previews import build
 
@@ -74,8 +74,8 @@ def main() -> int:
     return run_script("manual.py", options.out, partial(manual, options.samples))
 
 
-def manual(samples: int, staging: Staging, terminal: Terminal) -> None:
-    """Render the pictures and write the pages into `staging`, then publish them."""
+def manual(samples: int, output: OutputFolder, terminal: Terminal) -> None:
+    """Render the pictures and write the pages into `output`, then publish them."""
     engines = {engine.key: engine for engine in start_blender(("cycles", "eevee"), terminal)}
     import bpy
 
@@ -95,10 +95,10 @@ def manual(samples: int, staging: Staging, terminal: Terminal) -> None:
             key = "eevee" if (group.key, socket.name) in IN_EEVEE else "cycles"
             with progress.step(f"{group.label}  {socket.name}", 1.0):
                 if key in engines:
-                    strip(subject, group, socket, engines[key], samples, staging.folder)
+                    strip(subject, group, socket, engines[key], samples, output.folder)
     for group in GROUPS:
-        staging.write_text(f"{group.key}.md", page(group))
-    terminal.say(f"Wrote {', '.join(staging.publish())}")
+        output.write_text(f"{group.key}.md", page(group))
+    terminal.say(f"Wrote {', '.join(output.publish())}")
 
 
 def _is_shown(group: "Group", socket: "Socket") -> bool:

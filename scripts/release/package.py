@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, script_arguments
-from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import run_script
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -45,9 +45,9 @@ def main() -> int:
     return run_script("package.py", options.out, partial(package, options.time, options.out))
 
 
-def package(timed: bool, out: Path, staging: Staging, terminal: Terminal) -> None:
-    """Build the package into `staging`, check it, publish it and tell what it holds."""
-    made = build(staging.folder)
+def package(timed: bool, out: Path, output: OutputFolder, terminal: Terminal) -> None:
+    """Build the package into `output`, check it, publish it and tell what it holds."""
+    made = build(output.folder)
     check(made)
     size = made.stat().st_size
     if size > LARGEST:
@@ -64,7 +64,7 @@ def package(timed: bool, out: Path, staging: Staging, terminal: Terminal) -> Non
     if timed:
         first, again = enabling(made, terminal)
         terminal.say(f"Enabled in {1000.0 * first:.0f} ms the first time, {1000.0 * again:.0f} ms later (median of {STARTS})")
-    staging.publish()
+    output.publish()
     terminal.say(f"Wrote {out / made.name}, {size / 1000.0:.0f} kB")
 
 

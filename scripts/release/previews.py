@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import Parser, Terminal, script_arguments
-from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import run_script, sample_count, start_blender
 
 if TYPE_CHECKING:
@@ -43,8 +43,8 @@ def main() -> int:
     return run_script("previews.py", options.out, partial(previews, options.samples, options.out))
 
 
-def previews(samples: int, out: Path, staging: Staging, terminal: Terminal) -> None:
-    """Render a picture of every preset and group into `staging`, then publish them."""
+def previews(samples: int, out: Path, output: OutputFolder, terminal: Terminal) -> None:
+    """Render a picture of every preset and group into `output`, then publish them."""
     start_blender(("cycles",), terminal)
     import bpy
 
@@ -63,9 +63,9 @@ def previews(samples: int, out: Path, staging: Staging, terminal: Terminal) -> N
         for key, group, inputs in subjects:
             with progress.step(key, 1.0):
                 subject.active_material = materials.create(key, group, **inputs)
-                scene.render.filepath = str(staging.folder / picture(key).name)
+                scene.render.filepath = str(output.folder / picture(key).name)
                 bpy.ops.render.render(write_still=True)
-    written = staging.publish()
+    written = output.publish()
     size = sum((out / name).stat().st_size for name in written)
     terminal.say(f"Wrote {len(written)} pictures, {size / 1000.0:.0f} kB, to {out}")
 

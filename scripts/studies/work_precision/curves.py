@@ -13,8 +13,8 @@ TOLERANCES = (0.05, 0.02, 0.01, 0.005)
 IDENTITY = ("scene", "engine", "osl", "label", "kind", "group", "model", "mode", "sigma", "target", "reference")
 
 
-def curves(units: Iterable[Record], cold: Iterable[Record], noise: Mapping[str, float]) -> list[Record]:
-    """Return a curve for each scene and contestant, in the order of the units; `noise` is that of the references, by scene.
+def curves(units: Iterable[Record], first: Iterable[Record], noise: Mapping[str, float]) -> list[Record]:
+    """Return a curve for each scene and variant, in the order of the units; `noise` is that of the references, by scene.
 
     `floor` is the model's error, `slope` that of the noise above it; each with the standard error of their means over the repeats.
     `seconds_to` says what an error costs [s], None where no number of samples is enough, `samples_to` how many samples that is;
@@ -24,7 +24,7 @@ def curves(units: Iterable[Record], cold: Iterable[Record], noise: Mapping[str, 
     groups: dict[tuple[object, ...], list[Record]] = {}
     for unit in units:
         groups.setdefault(tuple(unit[name] for name in IDENTITY), []).append(unit)
-    firsts = {(one["scene"], one["engine"], one["label"]): one for one in cold}
+    firsts = {(one["scene"], one["engine"], one["label"]): one for one in first}
     found = []
     for identity, group in groups.items():
         curve: Record = dict(zip(IDENTITY, identity, strict=True))
@@ -33,8 +33,8 @@ def curves(units: Iterable[Record], cold: Iterable[Record], noise: Mapping[str, 
         curve |= _fitted(group)
         hidden = [f"{tolerance:g}" for tolerance in TOLERANCES if tolerance < curve["reference_error"]]
         curve["beyond"] += [key for key in hidden if key not in curve["beyond"] and curve["seconds_to"][key] is not None]
-        first = firsts.get((curve["scene"], curve["engine"], curve["label"]))
-        curve["first_seconds"] = None if first is None else _beyond_warm(first, curve["points"])
+        own = firsts.get((curve["scene"], curve["engine"], curve["label"]))
+        curve["first_seconds"] = None if own is None else _beyond_later(own, curve["points"])
         found.append(curve)
     for curve in found:
         rivals = [one for one in found if one["scene"] == curve["scene"] and one["engine"] == curve["engine"]]
@@ -93,10 +93,10 @@ def _fitted(group: Sequence[Record]) -> Record:
     return result
 
 
-def _beyond_warm(first: Record, points: Sequence[Record]) -> float:
+def _beyond_later(first: Record, points: Sequence[Record]) -> float:
     """Return what a first render took beyond the median of later ones with as many samples [s]."""
-    warm = next(point["seconds"] for point in points if point["samples"] == first["samples"])
-    return max(0.0, first["seconds"] - warm)
+    later = next(point["seconds"] for point in points if point["samples"] == first["samples"])
+    return max(0.0, first["seconds"] - later)
 
 
 def _mark(curve: Record, rivals: Sequence[Record]) -> None:

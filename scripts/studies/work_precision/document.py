@@ -24,16 +24,16 @@ def options(quick: bool, engines: Sequence[str], scenes: Sequence[str], characte
 def files(about: Record, journal: Notes) -> tuple[dict[str, str], list[str]]:
     """Return the text of each file by its name, and what the study recommends, in lines; `about`: environment and options."""
     noise = {one["scene"]: one["error"] for one in journal.of(run.NOISE)}
-    found = curves.curves(journal.of(run.UNIT), journal.of(run.COLD), noise)
+    found = curves.curves(journal.of(run.UNIT), journal.of(run.FIRST), noise)
     found += [curves.glsl(one, "Oren-Nayar", SIGMA) for one in journal.of(run.GLSL)]
     document: Record = {
         "version": VERSION,
         **about,
-        "scenes": list(journal.of("build")),
+        "scenes": list(journal.of(run.BUILD)),
         "curves": found,
-        "cold": startup_time.records(found, journal),
+        "startup": startup_time.records(found, journal),
         "stability": list(stability.records()),
-        "shaders": [record for one in journal.of("shaders") for record in one["records"]],
+        "hard_inputs": [record for one in journal.of(run.HARD_INPUTS) for record in one["records"]],
         "claims": claims.records(found, list(journal.of(run.FORM)), list(journal.of(run.LUMINANCE))),
         "recommendations": curves.recommendations(found),
     }

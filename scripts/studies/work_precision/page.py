@@ -43,7 +43,7 @@ td.n,th.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}
 """
 HOW = (
     "Error is RMS over the pixels of the subject, relative to the RMS of what they are held against.",
-    "A point is the median of its repeats, each with random numbers of its own; bars show the least and the greatest. Contestants "
+    "A point is the median of its repeats, each with random numbers of its own; bars show the least and the greatest. Variants "
     "take turns, so that what slows the machine down slows all of them alike.",
     "A ring marks a point that no other of the same target beats in both time and error: the Pareto front.",
     "Floor is the error that is left with any number of samples, by fits of error² = floor² + (noise · samples^-slope)², one "
@@ -81,8 +81,8 @@ def html(document: Record) -> str:
     built = {one["scene"]: one for one in document["scenes"]}
     for name in document["options"]["scenes"]:
         parts += _scene(name, built[name], [curve for curve in curves if curve["scene"] == name])
-    parts += ["<h2>Waiting: cold and warm</h2>", *_cold(document["cold"])]
-    parts += ["<h2>Hard inputs</h2>", *_stability(document["stability"], document["shaders"])]
+    parts += ["<h2>Startup, first and later renders</h2>", *_startup(document["startup"])]
+    parts += ["<h2>Hard inputs</h2>", *_stability(document["stability"], document["hard_inputs"])]
     parts += ["<h2>What the paper claims</h2>", *_claims(document["claims"])]
     parts += ["<h2>How it is measured</h2>", "<ul>", *(f"<li>{escape(text)}</li>" for text in HOW), "</ul>"]
     head = '<meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">'
@@ -189,7 +189,7 @@ def _plus_minus(value: float, uncertainty: float | None) -> str:
     return f"{value:.2g}" if uncertainty is None else f"{value:.2g} ± {uncertainty:.1g}"
 
 
-def _cold(parts: Sequence[Record]) -> list[str]:
+def _startup(parts: Sequence[Record]) -> list[str]:
     lines = ["<p>Once, before the first picture:</p>"]
     once = [(escape(one["what"].capitalize()), _place(one), seconds(one["seconds"])) for one in parts if one["label"] is None]
     lines.append(_table(("What", "Where", "Time"), once, 2))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders the study: every unit of work once, contestants in turn, so that what slows the machine down slows all of them alike."""
+"""Renders the study: every unit of work once, variants in turn, so that what slows the machine down slows all of them alike."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -14,7 +14,7 @@ from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.scripts.studies import cost, five
 from true_diffuse.scripts.studies.glsl_values import evaluate
 from true_diffuse.scripts.studies.work_precision import stability
-from true_diffuse.scripts.studies.work_precision.journal import Key, Notes
+from true_diffuse.scripts.studies.work_precision.journal import Notes
 from true_diffuse.scripts.studies.work_precision.test_scenes import (
     ANALYTIC,
     CONVERGED,
@@ -22,209 +22,197 @@ from true_diffuse.scripts.studies.work_precision.test_scenes import (
     Five,
     Silent,
     Sphere,
-    Stage,
     Takes,
+    TestScene,
 )
-from true_diffuse.scripts.studies.work_precision.variants import SIGMA, Contestant
+from true_diffuse.scripts.studies.work_precision.variants import SIGMA, Variant
 
 # kinds of what a journal keeps
-UNIT, COLD, STARTUP, REFERENCE, NOISE = "unit", "cold", "start-up", "reference", "noise"
-GLSL, FORM, LUMINANCE = "glsl", "form", "luminance"
-GLSL_WORK = 5.0  # [s]
+BUILD, UNIT, FIRST, STARTUP, REFERENCE, NOISE = "build", "unit", "first", "start-up", "reference", "noise"
+GLSL, FORM, LUMINANCE, HARD_INPUTS = "glsl", "form", "luminance", "hard inputs"
+TARGETS = {EEVEE.key: "GLSL", CYCLES.key: "OSL"}  # of the models whose hard inputs are measured, by the engine that has them
+GLSL_WORK, HARD_WORK, RANDOM_INPUTS = 5.0, 15.0, 2000  # [s]; of each model
 LUMINANCE_WORK, LUMINANCE_SAMPLES = 2.0, 4  # [s]
-RANDOM_INPUTS = 2000  # of each model
 STARTUP_WORK = 8.0  # [s], of EEVEE's own shaders
 
 
 @dataclass(frozen=True)
 class Unit:
-    """One render: of a contestant, with a sample count, for the so-manieth time."""
+    """One render of a variant with a sample count; `repeat` counts those that are alike but for their random numbers."""
 
-    contestant: Contestant
+    variant: Variant
     samples: int
     repeat: int
 
-    def key(self, stage: Stage) -> Key:
-        """Return what names it in a journal."""
-        return (UNIT, stage.name, self.contestant.engine.key, self.contestant.label, self.samples, self.repeat)
 
-
-def units(stage: Stage) -> Iterator[Unit]:
-    """Yield the units of a stage in turn: all contestants once, then the next sample count, then the next repeat."""
-    ladders = {contestant: stage.ladder(contestant).repeats for contestant in stage.contestants}
+def units(scene: TestScene) -> Iterator[Unit]:
+    """Yield the units of a test scene interleaved: all variants once, then the next sample count, then the next repeat."""
+    ladders = {variant: scene.ladder(variant) for variant in scene.variants}
     most = max(times for ladder in ladders.values() for times in ladder.values())
     every = sorted({samples for ladder in ladders.values() for samples in ladder})
     for repeat in range(most):
         for samples in every:
-            for contestant, ladder in ladders.items():
+            for variant, ladder in ladders.items():
                 if repeat < ladder.get(samples, 0):
-                    yield Unit(contestant, samples, repeat)
+                    yield Unit(variant, samples, repeat)
 
 
-@dataclass
-class Part:
-    """What is left to do of a stage."""
+def beside(name: str, used: Sequence[Engine]) -> list[Engine]:
+    """Return the engines in which something is measured beside the variants of the test scene `name`.
 
-    stage: Stage
-    units: list[Unit]
-    references: list[int]
-    cold: list[Contestant]
+    Of the five characters it is the luminance over Lambert's; of the sphere, GLSL by EEVEE's driver.
+    """
+    return [engine for engine in used if name == Five.name or (name == Sphere.name and engine is EEVEE)]
 
 
-def plan(stages: Sequence[Stage], journal: Notes) -> list[Part]:
-    """Return what is left, stage by stage; every contestant of it is rendered once before, as its shaders are compiled then."""
-    parts = []
-    for stage in stages:
-        left = [unit for unit in units(stage) if unit.key(stage) not in journal.units]
-        seeds = REFERENCE_SEEDS if stage.reference else ()
-        references = [seed for seed in seeds if (REFERENCE, stage.name, seed) not in journal.units]
-        parts.append(Part(stage, left, references, list(dict.fromkeys(unit.contestant for unit in left))))
-    return parts
+@dataclass(frozen=True)
+class Remaining:
+    """What is left to do in a test scene: units, seeds of references, engines of what is measured beside them."""
+
+    scene: TestScene
+    units: Sequence[Unit] = ()
+    references: Sequence[int] = ()
+    beside: Sequence[Engine] = ()
+
+    @property
+    def variants(self) -> list[Variant]:
+        """The variants of the units; each is rendered once before them, as its shaders are compiled then."""
+        return list(dict.fromkeys(unit.variant for unit in self.units))
+
+    @property
+    def starts_eevee(self) -> bool:
+        return any(variant.engine is EEVEE for variant in self.variants)
+
+    @property
+    def seconds(self) -> float:
+        """How long it takes on two cores, roughly [s]: the work that `run` reports to a `Progress`."""
+        total = sum(_seconds(self.scene, unit.variant, unit.samples) for unit in self.units)
+        total += sum(_first_seconds(self.scene, variant) for variant in self.variants)
+        total += len(self.references) * _reference_seconds(self.scene)
+        return total + len(self.beside) * (LUMINANCE_WORK if isinstance(self.scene, Five) else GLSL_WORK)
 
 
-def work(parts: Sequence[Part], used: Sequence[Engine], journal: Notes) -> float:
-    """Return how long all of it takes on two cores, roughly [s]: the work of `run` to its `progress`."""
-    total = STARTUP_WORK * _starts(parts) + GLSL_WORK * _has_glsl(parts, used, journal)
-    for part in parts:
-        if isinstance(part.stage, Five):
-            total += LUMINANCE_WORK * sum((LUMINANCE, engine.key) not in journal.units for engine in used)
-        total += sum(_seconds(part.stage, unit.contestant, unit.samples) for unit in part.units)
-        total += sum(_cold_seconds(part.stage, contestant) for contestant in part.cold)
-        total += sum(_reference_seconds(part.stage) for _ in part.references)
-    return total
+def plan(scenes: Sequence[TestScene], used: Sequence[Engine], journal: Notes) -> list[Remaining]:
+    """Return what is left, by test scene."""
+    remaining = []
+    for scene in scenes:
+        left = [unit for unit in units(scene) if _key(scene, unit) not in journal.units]
+        seeds = REFERENCE_SEEDS if scene.reference else ()
+        references = [seed for seed in seeds if (REFERENCE, scene.name, seed) not in journal.units]
+        kind = LUMINANCE if isinstance(scene, Five) else GLSL
+        measured = [engine for engine in beside(scene.name, used) if (kind, engine.key) not in journal.units]
+        remaining.append(Remaining(scene, left, references, measured))
+    return remaining
 
 
-def _starts(parts: Sequence[Part]) -> bool:
-    return any(contestant.engine is EEVEE for part in parts for contestant in part.cold)
+def _key(scene: TestScene, unit: Unit) -> tuple[str | int, ...]:
+    return (UNIT, scene.name, unit.variant.engine.key, unit.variant.label, unit.samples, unit.repeat)
 
 
-def _has_glsl(parts: Sequence[Part], used: Sequence[Engine], journal: Notes) -> bool:
-    return EEVEE in used and any(part.stage.name == Sphere.name for part in parts) and (GLSL, Sphere.name) not in journal.units
+def _seconds(scene: TestScene, variant: Variant, samples: int) -> float:
+    return scene.costs[variant.engine.key].seconds(samples) * (variant.slowness if samples > 1 else 1.0)
 
 
-def _seconds(stage: Stage, contestant: Contestant, samples: int) -> float:
-    return stage.costs[contestant.engine.key].seconds(samples) * (contestant.slowness if samples > 1 else 1.0)
+def _first_seconds(scene: TestScene, variant: Variant) -> float:
+    expected = scene.costs[variant.engine.key]
+    return expected.first * variant.slowness + expected.seconds(1)
 
 
-def _cold_seconds(stage: Stage, contestant: Contestant) -> float:
-    expected = stage.costs[contestant.engine.key]
-    return expected.first * contestant.slowness + expected.seconds(1)
+def _reference_seconds(scene: TestScene) -> float:
+    return scene.costs[CYCLES.key].seconds(scene.reference_samples)
 
 
-def _reference_seconds(stage: Stage) -> float:
-    return stage.costs[CYCLES.key].seconds(stage.reference_samples)
-
-
-def run(parts: Sequence[Part], used: Sequence[Engine], journal: Notes, progress: Progress) -> None:
-    """Do all that is left, and put it into `journal`."""
-    if _starts(parts):
-        with progress.step("Starting EEVEE", STARTUP_WORK):
-            start_eevee(next(part.stage for part in parts if part.cold), journal)
-    for part in parts:
-        do(part, used, journal, progress)
-
-
-def do(part: Part, used: Sequence[Engine], journal: Notes, progress: Progress) -> None:
-    """Do what is left of a stage, EEVEE being started; `used` are the engines of what is measured beside the contestants."""
-    stage = part.stage
-    if part.units or part.references:
-        stage.prepare()
-    if isinstance(stage, Five):
-        for engine in used:
-            _luminance(stage, engine, journal, progress)
-    for seed in part.references:
-        _reference(stage, seed, journal, progress)
-    takes = [journal.picture(reference_name(stage, seed)) for seed in REFERENCE_SEEDS] if stage.reference and part.units else []
-    if takes and (NOISE, stage.name) not in journal.units:
-        journal.add((NOISE, stage.name), {"scene": stage.name, "error": stage.noise(takes)})
-    materials = _warm(part, journal, progress)
-    for unit in part.units:
-        _unit(stage, unit, materials[unit.contestant], takes, journal, progress)
-    if isinstance(stage, Sphere) and _has_glsl([part], used, journal):
+def run(left: Remaining, journal: Notes, progress: Progress) -> None:
+    """Do what is left in a test scene, and put it into `journal`."""
+    scene = left.scene
+    if left.units or left.references:
+        scene.prepare()
+    for engine in left.beside:
+        if isinstance(scene, Five):  # before the characters get other materials
+            with progress.step(f"{scene.title}  {engine.label}  luminance over Lambert", LUMINANCE_WORK):
+                _luminance(scene, engine, journal)
+    for seed in left.references:
+        with progress.step(f"{scene.title}  reference", _reference_seconds(scene)):
+            _reference(scene, seed, journal)
+    takes = [journal.picture(reference_name(scene, seed)) for seed in REFERENCE_SEEDS] if scene.reference and left.units else []
+    if takes and (NOISE, scene.name) not in journal.units:
+        journal.add((NOISE, scene.name), {"scene": scene.name, "error": scene.noise(takes)})
+    materials = {}
+    for variant in left.variants:
+        with progress.step(_text(scene, variant, "first"), _first_seconds(scene, variant)):
+            materials[variant] = _first(scene, variant, journal)
+    for unit in left.units:
+        with progress.step(_text(scene, unit.variant, str(unit.samples)), _seconds(scene, unit.variant, unit.samples)):
+            _unit(scene, unit, materials[unit.variant], takes, journal)
+    if left.beside and isinstance(scene, Sphere):
         with progress.step("GLSL", GLSL_WORK):
-            _glsl(stage, journal)
+            _glsl(scene, journal)
 
 
-def _luminance(stage: Five, engine: Engine, journal: Notes, progress: Progress) -> None:
-    """Keep what the roughest character has over Lambert's luminance under the key light alone, before it gets other materials."""
-    if (LUMINANCE, engine.key) in journal.units:
-        return
-    with progress.step(f"{stage.title}  {engine.label}  luminance over Lambert", LUMINANCE_WORK):
-        rough = replace(stage.stage, characters=stage.stage.characters[-1:])
-        seen = five.references(rough, Silent())
-        (measured,) = five.measure(rough, seen, engine, LUMINANCE_SAMPLES, Silent())
-        journal.add((LUMINANCE, engine.key), {"engine": engine.key, "ratio": measured.errors.luminance_over_lambert})
-
-
-def reference_name(stage: Stage, seed: int) -> str:
-    """Return the name of the picture of a reference."""
-    return f"{stage.name}_{seed}"
-
-
-def start_eevee(stage: Stage, journal: Notes) -> None:
+def start_eevee(scene: TestScene, journal: Notes) -> None:
     """Render plain Diffuse, for the first time and again: the difference is EEVEE's own shaders."""
     plain = bpy.data.materials.new("Start-Up")
-    first, again = (stage.picture(plain, EEVEE, False, 1, 0)[0] for _ in range(2))
+    first, again = (scene.picture(plain, EEVEE, False, 1, 0)[0] for _ in range(2))
     if (STARTUP, EEVEE.key) not in journal.units:
         journal.add((STARTUP, EEVEE.key), {"engine": EEVEE.key, "seconds": max(0.0, first - again)})
 
 
-def _reference(stage: Stage, seed: int, journal: Notes, progress: Progress) -> None:
-    one = stage.reference
-    assert one is not None
-    with progress.step(f"{stage.title}  reference", _reference_seconds(stage)):
-        seconds, rgb = stage.picture(one.make(stage.paint), one.engine, one.osl, stage.reference_samples, seed)
-        journal.keep_picture(reference_name(stage, seed), rgb)
-        key = (REFERENCE, stage.name, seed)
-        journal.add(key, {"scene": stage.name, "samples": stage.reference_samples, "seconds": seconds})
+def reference_name(scene: TestScene, seed: int) -> str:
+    """Return the name of the picture of a reference."""
+    return f"{scene.name}_{seed}"
 
 
-def _warm(part: Part, journal: Notes, progress: Progress) -> dict[Contestant, bpy.types.Material]:
-    """Return the materials of all contestants that have units left, each rendered once: that first time is kept apart."""
-    stage, made = part.stage, {}
-    for contestant in part.cold:
-        least = min(stage.ladder(contestant).repeats)
-        with progress.step(_text(stage, contestant, "first"), _cold_seconds(stage, contestant)):
-            start = time.perf_counter()
-            made[contestant] = contestant.make(stage.paint)
-            build = time.perf_counter() - start
-            seconds, _ = stage.picture(made[contestant], contestant.engine, contestant.osl, least, 0)
-        key = (COLD, stage.name, contestant.engine.key, contestant.label)
-        if key not in journal.units:
-            journal.add(key, {**_identity(stage, contestant), "samples": least, "seconds": seconds, "build_seconds": build})
-    return made
+def _luminance(scene: Five, engine: Engine, journal: Notes) -> None:
+    """Keep what the roughest character has over Lambert's luminance under the key light alone."""
+    rough = replace(scene.built, characters=scene.built.characters[-1:])
+    seen = five.references(rough, Silent())
+    (measured,) = five.measure(rough, seen, engine, LUMINANCE_SAMPLES, Silent())
+    journal.add((LUMINANCE, engine.key), {"engine": engine.key, "ratio": measured.errors.luminance_over_lambert})
 
 
-def _unit(stage: Stage, unit: Unit, material: bpy.types.Material, takes: Takes, journal: Notes, progress: Progress) -> None:
-    contestant = unit.contestant
-    with progress.step(_text(stage, contestant, str(unit.samples)), _seconds(stage, contestant, unit.samples)):
-        seconds, rgb = stage.picture(material, contestant.engine, contestant.osl, unit.samples, unit.repeat)
-        found = {
-            "samples": unit.samples,
-            "repeat": unit.repeat,
-            "seconds": seconds,
-            "error": stage.error_of(contestant, rgb, takes),
-        }
-        journal.add(unit.key(stage), {**_identity(stage, contestant), **found})
+def _reference(scene: TestScene, seed: int, journal: Notes) -> None:
+    variant, samples = scene.reference, scene.reference_samples
+    assert variant is not None
+    seconds, rgb = scene.picture(variant.make(scene.paint), variant.engine, variant.osl, samples, seed)
+    journal.keep_picture(reference_name(scene, seed), rgb)
+    journal.add((REFERENCE, scene.name, seed), {"scene": scene.name, "samples": samples, "seconds": seconds})
 
 
-def _text(stage: Stage, contestant: Contestant, what: str) -> str:
-    return f"{stage.title}  {contestant.engine.label}  {contestant.label}  {what}"
+def _first(scene: TestScene, variant: Variant, journal: Notes) -> bpy.types.Material:
+    """Return the material of a variant, rendered once: that first time is kept apart."""
+    samples, start = min(scene.ladder(variant)), time.perf_counter()
+    material = variant.make(scene.paint)
+    build = time.perf_counter() - start
+    seconds, _ = scene.picture(material, variant.engine, variant.osl, samples, 0)
+    key = (FIRST, scene.name, variant.engine.key, variant.label)
+    if key not in journal.units:
+        journal.add(key, {**_identity(scene, variant), "samples": samples, "seconds": seconds, "build_seconds": build})
+    return material
 
 
-def _identity(stage: Stage, contestant: Contestant) -> Record:
-    reference = CONVERGED if stage.reference else ANALYTIC
-    target = contestant.target.name if reference == ANALYTIC or stage.name == "five" else "Subsurface, Random Walk"
-    return {"scene": stage.name, **contestant.record, "target": target, "reference": reference}
+def _unit(scene: TestScene, unit: Unit, material: bpy.types.Material, takes: Takes, journal: Notes) -> None:
+    variant = unit.variant
+    seconds, rgb = scene.picture(material, variant.engine, variant.osl, unit.samples, unit.repeat)
+    found = {"samples": unit.samples, "repeat": unit.repeat, "seconds": seconds, "error": scene.error_of(variant, rgb, takes)}
+    journal.add(_key(scene, unit), {**_identity(scene, variant), **found})
 
 
-def _glsl(stage: Sphere, journal: Notes) -> None:
+def _text(scene: TestScene, variant: Variant, what: str) -> str:
+    return f"{scene.title}  {variant.engine.label}  {variant.label}  {what}"
+
+
+def _identity(scene: TestScene, variant: Variant) -> Record:
+    reference = CONVERGED if scene.reference else ANALYTIC
+    model = variant.target.name if reference == ANALYTIC or scene.name == Five.name else "Subsurface, Random Walk"
+    return {"scene": scene.name, **variant.record, "target": model, "reference": reference}
+
+
+def _glsl(scene: Sphere, journal: Notes) -> None:
     """Keep the error of shaders/oren_nayar.glsl over the sphere's pixels, its time for them, and what its forms cost."""
     forms = list(cost.forms(Silent()))
-    safe = forms[-1]
-    surface, light = stage.stage.surface(), render.light_of(stage.stage.sun)
-    camera = tuple(stage.stage.scene.camera.matrix_world.translation)
-    expected = stage.expected(stage.contestants[0].target)
+    surface, light = scene.built.surface(), render.light_of(scene.built.sun)
+    camera = tuple(scene.built.scene.camera.matrix_world.translation)
+    expected = scene.expected(scene.variants[0].target)
     rows = []
     for pixel in expected.pixels:
         n, v = error.directions(surface, pixel, camera)
@@ -238,15 +226,15 @@ def _glsl(stage: Sphere, journal: Notes) -> None:
             total += value * value
     for form in forms:
         journal.add((FORM, form["form"]), form)
-    seconds = 1e-9 * safe["nanoseconds"] * len(expected.pixels)
-    journal.add((GLSL, stage.name), {"scene": stage.name, "seconds": seconds, "error": (squares / total) ** 0.5})
+    seconds = 1e-9 * forms[-1]["nanoseconds"] * len(expected.pixels)  # the last is the shader itself
+    journal.add((GLSL, EEVEE.key), {"scene": scene.name, "seconds": seconds, "error": (squares / total) ** 0.5})
 
 
-def hard_inputs(home: str, journal: Notes) -> None:
-    """Keep what a home of the models, GLSL or OSL, makes of random and of hard inputs, in 32-bit floats."""
+def hard_inputs(target: str, journal: Notes) -> None:
+    """Keep what a target of the models, GLSL or OSL, makes of random and of hard inputs, in 32-bit floats."""
     from true_diffuse.scripts.studies import reference_mpmath, stability_glsl, stability_osl  # need the package mpmath
 
     quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
-    study = stability_glsl if home == "GLSL" else stability_osl
+    study = stability_glsl if target == "GLSL" else stability_osl
     found = list(study.stability(reference_mpmath.radiance, quick, RANDOM_INPUTS, Silent()))
-    journal.add(("shaders", home), {"records": stability.shaders(found)})
+    journal.add((HARD_INPUTS, target), {"records": stability.shaders(found)})

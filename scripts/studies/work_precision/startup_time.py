@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from true_diffuse.addon.measure.record import Record
 from true_diffuse.scripts.studies.work_precision.journal import Notes
-from true_diffuse.scripts.studies.work_precision.run import COLD, STARTUP
+from true_diffuse.scripts.studies.work_precision.run import BUILD, FIRST, STARTUP
 
 
 def records(curves: Sequence[Record], journal: Notes) -> list[Record]:
@@ -20,9 +20,9 @@ def records(curves: Sequence[Record], journal: Notes) -> list[Record]:
     ]
     found += [
         {"what": "scene build", "scene": one["scene"], "engine": None, "label": None, "seconds": one["seconds"]}
-        for one in journal.of("build")
+        for one in journal.of(BUILD)
     ]
-    builds = {(one["scene"], one["engine"], one["label"]): one["build_seconds"] for one in journal.of(COLD)}
+    builds = {(one["scene"], one["engine"], one["label"]): one["build_seconds"] for one in journal.of(FIRST)}
     for curve in curves:
         if curve["engine"] == "glsl":
             continue

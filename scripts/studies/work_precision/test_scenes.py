@@ -30,12 +30,13 @@ from true_diffuse.addon.nodes import chosen_lights
 from true_diffuse.scenes import five_characters
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
 from true_diffuse.scenes.subject import ALBEDO_ATTRIBUTE
+from true_diffuse.scripts.characters import character as characters
 from true_diffuse.scripts.characters import face
 from true_diffuse.scripts.characters.human import REGIONS
 from true_diffuse.scripts.studies import face as face_study
 from true_diffuse.scripts.studies.robustness import uniform_world
 from true_diffuse.scripts.studies.rough import Law
-from true_diffuse.scripts.studies.work_precision.variants import SIGMA, Contestant, rough, translucent
+from true_diffuse.scripts.studies.work_precision.variants import SIGMA, Variant, rough, translucent
 
 ALBEDO = 0.8  # of the lightest paint
 DEGREES = 60.0  # between the sphere's sun and the viewer
@@ -46,22 +47,13 @@ ROOM = 8  # of those, at the left of the five
 BSSRDF = 1  # which head: the one in the middle
 NODES = 48  # cosines at which a furnace's albedo is worked out; it is linear between them, to 2e-4
 MASK_SAMPLES, INSIDE = 64, 0.999
-REFERENCE_SEEDS = (1001, 1002)  # none of a contestant's
+REFERENCE_SEEDS = (1001, 1002)  # none of a variant's
 ANALYTIC, CONVERGED = "analytic", "converged"
 FULL = {1: 3, 4: 3, 16: 3, 64: 3, 256: 2, 1024: 1}  # Cycles' sample counts, and how often each is repeated
 
 type Takes = Sequence[array[float]]  # of a reference
-
-
-@dataclass(frozen=True)
-class Ladder:
-    """Sample counts, and how often each is repeated."""
-
-    repeats: Mapping[int, int]
-
-    def only(self, *samples: int) -> "Ladder":
-        """Return the same with these sample counts alone."""
-        return Ladder({count: times for count, times in self.repeats.items() if count in samples})
+type Ladder = Mapping[int, int]
+"""Sample counts, and how often each is repeated."""
 
 
 @dataclass(frozen=True)
@@ -77,33 +69,33 @@ class Cost:
         return self.fixed + self.per_sample * samples
 
 
-class Stage:
+class TestScene:
     """A scene and all that is rendered in it, built when it is made. `reference_samples` is 0 where the reference is a formula."""
 
     name: str
     title: str
     reference_samples = 0
     reference_text: str
-    contestants: Sequence[Contestant]
+    variants: Sequence[Variant]
     ladders: Mapping[str, Ladder]
-    extra_samples: tuple[int, ...] = ()
+    extra_samples: Sequence[int] = ()
     costs: Mapping[str, Cost]
 
     @staticmethod
-    def cast(used: Sequence[Engine], quick: bool) -> list[Contestant]:
-        """Return who takes part."""
+    def select(used: Sequence[Engine], quick: bool) -> list[Variant]:
+        """Return the variants that take part."""
         raise NotImplementedError
 
-    def ladder(self, contestant: Contestant) -> Ladder:
-        """Return the sample counts of a contestant."""
-        ladder = self.ladders[contestant.engine.key]
-        return ladder.only(*self.extra_samples) if contestant.is_extra else ladder
+    def ladder(self, variant: Variant) -> Ladder:
+        """Return the sample counts of a variant."""
+        ladder = self.ladders[variant.engine.key]
+        return {samples: times for samples, times in ladder.items() if samples in self.extra_samples or not variant.is_extra}
 
     def prepare(self) -> None:
-        """Make the lamps of this scene those that the mode Lamps follows."""
+        """Choose the lights of this scene for materials that are exact for chosen lights."""
 
     def paint(self, material: bpy.types.Material, socket: bpy.types.NodeSocket) -> None:
-        """Feed a color socket with the paint of this scene's meshes."""
+        """Link the paint of this scene's meshes to a color socket."""
         materials.paint(material, socket, ALBEDO_ATTRIBUTE, ALBEDO)
 
     def picture(
@@ -112,21 +104,26 @@ class Stage:
         """Return the seconds of a render and its linear RGB."""
         raise NotImplementedError
 
-    def error_of(self, contestant: Contestant, rgb: array[float], takes: Takes) -> float:
-        """Return the RMS error of a picture, relative to the RMS of what it is held against."""
-        raise NotImplementedError
+    def error_of(self, variant: Variant, rgb: array[float], takes: Takes) -> float:
+        """Return the RMS error of a picture, relative to the RMS of what it is held against: here the mean of `takes`."""
+        return error.difference(rgb, mean(takes), self.pixels)
 
     def noise(self, takes: Takes) -> float:
         """Return the RMS noise that is left in the mean of a reference's takes, relative to them."""
+        return error.difference(*takes, self.pixels) / 2.0
+
+    @cached_property
+    def pixels(self) -> Sequence[int]:
+        """The pixels that count, where the reference is rendered."""
         raise NotImplementedError
 
     @property
-    def reference(self) -> Contestant | None:
-        """Who renders the reference; None where it is a formula."""
+    def reference(self) -> Variant | None:
+        """The variant that renders the reference; None where that is a formula."""
         return None
 
 
-class Sphere(Stage):
+class Sphere(TestScene):
     name = "sphere"
     title = "Sphere under a sun"
     reference_text = "The model's own formula at every pixel: exact."
@@ -135,24 +132,24 @@ class Sphere(Stage):
     world: bpy.types.World | None = None
 
     @staticmethod
-    def cast(used: Sequence[Engine], quick: bool) -> list[Contestant]:
+    def select(used: Sequence[Engine], quick: bool) -> list[Variant]:
         return rough(used, quick, sunlit=True)
 
     def __init__(self, used: Sequence[Engine], quick: bool) -> None:
-        self.stage = sphere_under_sun(SIZE, bpy.data.scenes.new(f"Work-Precision {self.title}"))
-        self.stage.scene.camera.data.lens = LENS
-        mesh = self.stage.sphere.data
+        self.built = sphere_under_sun(SIZE, bpy.data.scenes.new(f"Work-Precision {self.title}"))
+        self.built.scene.camera.data.lens = LENS
+        mesh = self.built.sphere.data
         painted = mesh.color_attributes.new(ALBEDO_ATTRIBUTE, "FLOAT_COLOR", "POINT")
         painted.data.foreach_set("color", [*(x / ALBEDO for x in COLOR[:3]), 1.0] * len(mesh.vertices))
         angle = math.radians(DEGREES)
         towards = Vector((math.sin(angle), -math.cos(angle), 0.0))
-        self.stage.sun.matrix_world = towards.to_track_quat("Z", "Y").to_matrix().to_4x4()
-        self.suns = [self.stage.sun]
-        self.contestants = self.cast(used, quick)
+        self.built.sun.matrix_world = towards.to_track_quat("Z", "Y").to_matrix().to_4x4()
+        self.suns = [self.built.sun]
+        self.variants = self.select(used, quick)
         eevee = {1: 2, 16: 1} if quick else {1: 3, 4: 3, 16: 3, 64: 3, 256: 2}
         cycles = {1: 2, 4: 2, 16: 2, 64: 2} if quick else FULL
         # Realtime's samples are all at the pixel's center here, so that there is nothing to tell beyond the first
-        self.ladders = {EEVEE.key: Ladder(eevee), CYCLES.key: Ladder(cycles), REALTIME.key: Ladder({1: 2 if quick else 3})}
+        self.ladders = {EEVEE.key: eevee, CYCLES.key: cycles, REALTIME.key: {1: 2 if quick else 3}}
         self.costs = {EEVEE.key: Cost(0.9, 0.015, 3.0), CYCLES.key: Cost(0.1, 0.003, 0.1), REALTIME.key: Cost(0.05, 0.001, 0.1)}
         self._expected: dict[str, error.Analytic] = {}
 
@@ -162,14 +159,14 @@ class Sphere(Stage):
     def picture(
         self, material: bpy.types.Material, engine: Engine, osl: bool, samples: int, seed: int
     ) -> tuple[float, array[float]]:
-        self.stage.scene.cycles.shading_system = osl
-        self.stage.sphere.data.materials[0] = material
-        with render.measurement_scene(self.stage.scene, self.stage.sphere, *self.suns) as scene:
+        self.built.scene.cycles.shading_system = osl
+        self.built.sphere.data.materials[0] = material
+        with render.measurement_scene(self.built.scene, self.built.sphere, *self.suns) as scene:
             scene.world = self.world
             return render.radiance(scene, engine, samples, seed)
 
-    def error_of(self, contestant: Contestant, rgb: array[float], takes: Takes) -> float:
-        law = contestant.target
+    def error_of(self, variant: Variant, rgb: array[float], takes: Takes) -> float:
+        law = variant.target
         if law.name not in self._expected:
             self._expected[law.name] = self.expected(law)
         expected = self._expected[law.name]
@@ -177,8 +174,8 @@ class Sphere(Stage):
 
     def expected(self, law: Law) -> error.Analytic:
         """Return the radiance of a model at every pixel that faces the light."""
-        camera = tuple(self.stage.scene.camera.matrix_world.translation)
-        return error.analytic(self.stage.surface(), [law.make(SIGMA)], camera, render.light_of(self.stage.sun))[0]
+        camera = tuple(self.built.scene.camera.matrix_world.translation)
+        return error.analytic(self.built.surface(), [law.make(SIGMA)], camera, render.light_of(self.built.sun))[0]
 
 
 class Furnace(Sphere):
@@ -188,14 +185,14 @@ class Furnace(Sphere):
     suns = ()
 
     @staticmethod
-    def cast(used: Sequence[Engine], quick: bool) -> list[Contestant]:
-        return [one for one in rough(used, quick, sunlit=False) if not one.is_twin]
+    def select(used: Sequence[Engine], quick: bool) -> list[Variant]:
+        return [one for one in rough(used, quick, sunlit=False) if not one.is_duplicate]
 
     def __init__(self, used: Sequence[Engine], quick: bool) -> None:
         super().__init__(used, quick)
         self.suns, self.world = (), uniform_world()
         if quick:
-            self.ladders = {**self.ladders, EEVEE.key: Ladder({1: 1, 16: 1})}
+            self.ladders = {**self.ladders, EEVEE.key: {1: 1, 16: 1}}
         self.costs = {**self.costs, EEVEE.key: Cost(0.9, 0.015, 0.5)}
 
     def prepare(self) -> None:
@@ -203,7 +200,7 @@ class Furnace(Sphere):
 
     def expected(self, law: Law) -> error.Analytic:
         """Return the share of the world's light that a model reflects, at every measurable pixel."""
-        surface, camera, model = self.stage.surface(), tuple(self.stage.scene.camera.matrix_world.translation), law.make(SIGMA)
+        surface, camera, model = self.built.surface(), tuple(self.built.scene.camera.matrix_world.translation), law.make(SIGMA)
         tables = [[directional_albedo(model, (k + 0.5) / NODES, rho, order=12) for k in range(NODES)] for rho in COLOR[:3]]
         pixels, radiance = array("l"), array("f")
         for pixel, measurable in enumerate(surface.measurable):
@@ -221,25 +218,25 @@ def _between(table: Sequence[float], mu: float) -> float:
     return table[k] + (at - k) * (table[k + 1] - table[k])
 
 
-class Five(Stage):
+class Five(TestScene):
     name = "five"
     title = "Five characters"
 
     @staticmethod
-    def cast(used: Sequence[Engine], quick: bool) -> list[Contestant]:
+    def select(used: Sequence[Engine], quick: bool) -> list[Variant]:
         slow = (PRECISE, CHOSEN_LIGHTS) if quick else ()
         everyone = rough(used, True, sunlit=True)
-        return [one for one in everyone if not (one.is_twin or (one.engine is EEVEE and one.mode in slow))]
+        return [one for one in everyone if not (one.is_duplicate or (one.engine is EEVEE and one.mode in slow))]
 
     def __init__(self, used: Sequence[Engine], quick: bool, mesh: bpy.types.Mesh, bust: bool = True) -> None:
-        self.stage = five_characters.build(mesh, ALBEDO, bust, FIVE)
-        self.scene = self.stage.scene
+        self.built = five_characters.build(mesh, ALBEDO, bust, FIVE)
+        self.scene = self.built.scene
         render.crop(self.scene, render.Region(ROOM, 0, FIVE[0] - ROOM, FIVE[1]))
-        self.contestants = self.cast(used, quick)
+        self.variants = self.select(used, quick)
         eevee = {1: 1, 4: 1} if quick else {1: 3, 4: 3, 16: 2, 64: 1}
         cycles = {1: 2, 4: 2, 16: 2, 64: 1} if quick else FULL
         realtime = {1: 1, 16: 1} if quick else {1: 3, 4: 3, 16: 2, 64: 1}
-        self.ladders = {EEVEE.key: Ladder(eevee), CYCLES.key: Ladder(cycles), REALTIME.key: Ladder(realtime)}
+        self.ladders = {EEVEE.key: eevee, CYCLES.key: cycles, REALTIME.key: realtime}
         self.costs = {EEVEE.key: Cost(1.6, 0.5, 4.0), CYCLES.key: Cost(0.25, 0.02, 0.2), REALTIME.key: Cost(0.8, 0.2, 0.3)}
         self.reference_samples = 256 if quick else 2048
         found = [one for one in rough((CYCLES,), True, sunlit=False) if one.mode == BALANCED]
@@ -250,56 +247,50 @@ class Five(Stage):
         self.reference_text = f"Cycles, {how}."
 
     @property
-    def reference(self) -> Contestant:
+    def reference(self) -> Variant:
         return self.chosen
 
     def prepare(self) -> None:
-        chosen_lights.choose([self.stage.key])
+        chosen_lights.choose([self.built.key])
 
     def picture(
         self, material: bpy.types.Material, engine: Engine, osl: bool, samples: int, seed: int
     ) -> tuple[float, array[float]]:
         self.scene.cycles.shading_system = osl
-        for character in self.stage.characters:
+        for character in self.built.characters:
             character.subject.material_slots[0].material = material
         return render.radiance(self.scene, engine, samples, seed)
 
     @cached_property
-    def inside(self) -> list[int]:
+    def pixels(self) -> Sequence[int]:
         """The pixels of which every sample falls on a character."""
         white, node = materials.create_plain("White")
         node.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
-        for character in self.stage.characters:
+        for character in self.built.characters:
             character.subject.material_slots[0].material = white
         return [pixel for pixel, rho in enumerate(render.mean_albedo(self.scene, MASK_SAMPLES)) if rho >= INSIDE]
 
-    def error_of(self, contestant: Contestant, rgb: array[float], takes: Takes) -> float:
-        return error.difference(rgb, mean(takes), self.inside)
 
-    def noise(self, takes: Takes) -> float:
-        return error.difference(*takes, self.inside) / 2.0
-
-
-class FaceStage(Stage):
+class Face(TestScene):
     name = "face"
     title = "Face against the light"
     reference_text = "Cycles, the group Subsurface by Random Walk."
     reference_samples = 0
-    cast = staticmethod(translucent)
+    select = staticmethod(translucent)
 
     def __init__(self, used: Sequence[Engine], quick: bool, mesh: bpy.types.Mesh) -> None:
-        self.stage = face.build(mesh, True, FACE)
-        self.head = self.stage.heads[BSSRDF]
-        self.contestants = self.cast(used, quick)
+        self.built = face.build(mesh, True, FACE)
+        self.head = self.built.heads[BSSRDF]
+        self.variants = self.select(used, quick)
         eevee = {1: 1, 4: 1} if quick else {1: 3, 4: 3, 16: 2, 64: 1}
         cycles = {1: 2, 4: 2, 16: 2} if quick else FULL
         realtime = {1: 1, 16: 1} if quick else {1: 3, 4: 3, 16: 2, 64: 1}
-        self.ladders = {EEVEE.key: Ladder(eevee), CYCLES.key: Ladder(cycles), REALTIME.key: Ladder(realtime)}
+        self.ladders = {EEVEE.key: eevee, CYCLES.key: cycles, REALTIME.key: realtime}
         self.costs = {EEVEE.key: Cost(1.6, 0.5, 2.5), CYCLES.key: Cost(0.06, 0.016, 0.1), REALTIME.key: Cost(0.8, 0.1, 0.3)}
         self.reference_samples = 128 if quick else 4096
 
     @property
-    def reference(self) -> Contestant:
+    def reference(self) -> Variant:
         return translucent((CYCLES,), True)[0]
 
     def paint(self, material: bpy.types.Material, socket: bpy.types.NodeSocket) -> None:
@@ -308,22 +299,16 @@ class FaceStage(Stage):
     def picture(
         self, material: bpy.types.Material, engine: Engine, osl: bool, samples: int, seed: int
     ) -> tuple[float, array[float]]:
-        self.stage.scene.cycles.shading_system = osl
+        self.built.scene.cycles.shading_system = osl
         self.head.subject.material_slots[-1].material = material
-        with render.measurement_scene(self.stage.scene, self.head.subject, *self.stage.lights, shadows=True) as scene:
+        with render.measurement_scene(self.built.scene, self.head.subject, *self.built.lights, shadows=True) as scene:
             return render.radiance(scene, engine, samples, seed)
 
     @cached_property
-    def skin(self) -> list[int]:
+    def pixels(self) -> Sequence[int]:
         """The pixels of skin that no edge runs through."""
-        (seen,) = face_study.visible_regions(replace(self.stage, heads=(self.head,)), Silent())
+        (seen,) = face_study.visible_regions(replace(self.built, heads=(self.head,)), Silent())
         return sorted({pixel for region in REGIONS for pixel in seen.pixels.get(region, ())})
-
-    def error_of(self, contestant: Contestant, rgb: array[float], takes: Takes) -> float:
-        return error.difference(rgb, mean(takes), self.skin)
-
-    def noise(self, takes: Takes) -> float:
-        return error.difference(*takes, self.skin) / 2.0
 
 
 class Silent:
@@ -341,4 +326,13 @@ def mean(takes: Takes) -> array[float]:
     return array("f", (0.5 * (a + b) for a, b in zip(*takes, strict=True)))
 
 
-STAGES: Mapping[str, type[Stage]] = {stage.name: stage for stage in (Sphere, Furnace, Five, FaceStage)}
+TEST_SCENES: Mapping[str, type[TestScene]] = {one.name: one for one in (Sphere, Furnace, Five, Face)}
+
+
+def build(name: str, used: Sequence[Engine], quick: bool, who: str) -> TestScene:
+    """Build and return the test scene `name`; `who` are the five characters. Raises CharacterError where they cannot be had."""
+    if name == Five.name:
+        return Five(used, quick, characters.load(who), bust=who == "human")
+    if name == Face.name:
+        return Face(used, quick, characters.load("human"))
+    return {Sphere.name: Sphere, Furnace.name: Furnace}[name](used, quick)

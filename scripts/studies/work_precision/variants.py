@@ -32,7 +32,7 @@ type Paint = Callable[[bpy.types.Material, bpy.types.NodeSocket], None]
 
 
 @dataclass(frozen=True)
-class Contestant:
+class Variant:
     """A material in an engine. `target` is the model it is held against: its own, or the one a user wanted.
 
     `group` is that of ours, as are `model`, `mode` and `sigma`; None where it has none. `is_extra`: with fewer sample counts.
@@ -51,8 +51,8 @@ class Contestant:
     is_extra: bool = False
 
     @property
-    def is_twin(self) -> bool:
-        """Whether it renders a matt surface as another contestant does: EEVEE's Principled BSDF ignores its roughness, too."""
+    def is_duplicate(self) -> bool:
+        """Whether it renders a matt surface as another variant does: EEVEE's Principled BSDF ignores its roughness, too."""
         return self.engine is EEVEE and self.kind == BLENDERS and "Lambert" not in self.label
 
     @property
@@ -75,7 +75,7 @@ class Contestant:
         }
 
 
-def rough(used: Sequence[Engine], quick: bool, sunlit: bool) -> list[Contestant]:
+def rough(used: Sequence[Engine], quick: bool, sunlit: bool) -> list[Variant]:
     """Return who renders a rough surface: the paper's model in every mode, then the others, then Blender's own.
 
     `sunlit`: by one lamp, which the mode Lamps needs.
@@ -91,12 +91,12 @@ def rough(used: Sequence[Engine], quick: bool, sunlit: bool) -> list[Contestant]
     return found if quick else found + others(used)
 
 
-def others(used: Sequence[Engine]) -> list[Contestant]:
+def others(used: Sequence[Engine]) -> list[Variant]:
     """Return the rough models beside the paper's, in mode Lobes where there are modes, each against its own formula."""
     return [_group(engine, law, USUAL[engine], is_extra=True) for engine in used for law in OTHERS if law.rough]
 
 
-def _group(engine: Engine, law: Law, mode: str | None, osl: bool = False, is_extra: bool = False) -> Contestant:
+def _group(engine: Engine, law: Law, mode: str | None, osl: bool = False, is_extra: bool = False) -> Variant:
     def make(paint: Paint) -> bpy.types.Material:
         chosen = {} if mode is None else {"Quality": mode}
         material = materials.create(f"{law.name} {mode or engine.label}", ROUGH_DIFFUSE, Model=law.name, Roughness=SIGMA, **chosen)
@@ -104,10 +104,10 @@ def _group(engine: Engine, law: Law, mode: str | None, osl: bool = False, is_ext
         return material
 
     label = ", ".join(part for part in ("Rough Diffuse", "OSL" if osl else mode, None if law is PAPER else law.name) if part)
-    return Contestant(engine, label, make, OURS, ROUGH_DIFFUSE.key, law.name, mode, SIGMA, osl, law, is_extra)
+    return Variant(engine, label, make, OURS, ROUGH_DIFFUSE.key, law.name, mode, SIGMA, osl, law, is_extra)
 
 
-def _own(engine: Engine) -> list[Contestant]:
+def _own(engine: Engine) -> list[Variant]:
     """Return Blender's own. EEVEE's Diffuse BSDF ignores its roughness, so there it is Lambert; Realtime takes all for Lambert."""
 
     def diffuse(roughness: float) -> Callable[[Paint], bpy.types.Material]:
@@ -120,11 +120,11 @@ def _own(engine: Engine) -> list[Contestant]:
         return make
 
     if engine is REALTIME:
-        return [Contestant(engine, "Diffuse BSDF (Lambert)", diffuse(SIGMA))]
-    principled = Contestant(engine, "Principled BSDF", lambda paint: _principled(paint, {"Diffuse Roughness": SIGMA}))
+        return [Variant(engine, "Diffuse BSDF (Lambert)", diffuse(SIGMA))]
+    principled = Variant(engine, "Principled BSDF", lambda paint: _principled(paint, {"Diffuse Roughness": SIGMA}))
     if engine is EEVEE:
-        return [Contestant(engine, "Diffuse BSDF (Lambert)", diffuse(SIGMA)), principled]
-    return [Contestant(engine, "Diffuse BSDF", diffuse(SIGMA)), principled, Contestant(engine, "Lambert", diffuse(0.0))]
+        return [Variant(engine, "Diffuse BSDF (Lambert)", diffuse(SIGMA)), principled]
+    return [Variant(engine, "Diffuse BSDF", diffuse(SIGMA)), principled, Variant(engine, "Lambert", diffuse(0.0))]
 
 
 def _principled(paint: Paint, inputs: dict[str, materials.Setting]) -> bpy.types.Material:
@@ -139,7 +139,7 @@ def _principled(paint: Paint, inputs: dict[str, materials.Setting]) -> bpy.types
     return material
 
 
-def translucent(used: Sequence[Engine], quick: bool) -> list[Contestant]:
+def translucent(used: Sequence[Engine], quick: bool) -> list[Variant]:
     """Return who renders skin: the group in every method (of Cycles alone), the Principled BSDF, plain Lambert."""
     methods = ("Random Walk", "Christensen-Burley", "Random Walk (Skin)", "Random Walk (Legacy)")
     found = []
@@ -147,12 +147,12 @@ def translucent(used: Sequence[Engine], quick: bool) -> list[Contestant]:
         shown = methods[:1] if engine is not CYCLES else methods[:2] if quick else methods
         found += [_skin(engine, method) for method in shown]
         if engine is not REALTIME:
-            found.append(Contestant(engine, "Principled BSDF", _principled_skin))
+            found.append(Variant(engine, "Principled BSDF", _principled_skin))
         found += [one for one in _own(engine)[-3:] if "Lambert" in one.label]
     return found
 
 
-def _skin(engine: Engine, method: str) -> Contestant:
+def _skin(engine: Engine, method: str) -> Variant:
     def make(paint: Paint) -> bpy.types.Material:
         inputs = {"Method": method, "Subsurface Radius": MEDIUM.inputs["Subsurface Radius"], "Subsurface": 1.0, "Specular": 0.0}
         material = materials.create(f"Subsurface {method}", SUBSURFACE, **inputs)
@@ -161,7 +161,7 @@ def _skin(engine: Engine, method: str) -> Contestant:
 
     label = f"Subsurface, {method}" if engine is CYCLES else "Subsurface"
     mode = None if engine is REALTIME else method
-    return Contestant(engine, label, make, OURS, SUBSURFACE.key, "Oren-Nayar", mode)
+    return Variant(engine, label, make, OURS, SUBSURFACE.key, "Oren-Nayar", mode)
 
 
 def _principled_skin(paint: Paint) -> bpy.types.Material:

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a batch is made of, as people write it: characters with patterns of files, frames as ranges. No bpy."""
+"""Characters with patterns of files and frames as ranges, as people write them on a command line. No bpy."""
 
 import glob
 import os
 import re
-from collections.abc import Sequence
+from argparse import ArgumentTypeError
+from collections.abc import Collection, Sequence
 from pathlib import Path
+
+from true_diffuse.scripts.cli.console import BadInput
 
 MOST_FRAMES = 100_000
 RANGE = re.compile(r"(-?\d+)(?:-(-?\d+)(?::(\d+))?)?")
@@ -28,6 +31,21 @@ def frame_numbers(text: str) -> tuple[int, ...]:
     return tuple(sorted(frames))
 
 
+def frame_list(text: str) -> tuple[int, ...]:
+    """The type of the option --frames."""
+    try:
+        return frame_numbers(text)
+    except ValueError as error:
+        raise ArgumentTypeError(str(error)) from None
+
+
+def chunk_size(text: str) -> int:
+    """The type of the option --chunk."""
+    if not text.isdecimal() or not 1 <= int(text) <= MOST_FRAMES:
+        raise ArgumentTypeError(f"{text!r} is not a whole number from 1 to {MOST_FRAMES}")
+    return int(text)
+
+
 def frame_range(frames: Sequence[int]) -> str:
     """Return ascending numbers as a range expression of Open Job Description: "1-3,7"."""
     runs: list[list[int]] = []
@@ -39,10 +57,10 @@ def frame_range(frames: Sequence[int]) -> str:
     return ",".join(str(first) if first == last else f"{first}-{last}" for first, last in runs)
 
 
-def characters(given: Sequence[str], included: Sequence[str]) -> dict[str, str]:
-    """Return what is `given` by a name of its own each: one of the `included`, or the full path of a file.
+def named_characters(given: Sequence[str], included: Collection[str]) -> dict[str, str]:
+    """Return the characters `given`, each under a name of its own: one of the `included`, or the full path of a file.
 
-    A pattern (*, ?, [], ** for folders of any depth) stands for all files that match it. Raises ValueError for one that none does.
+    A pattern (*, ?, [], ** for folders of any depth) stands for all files that match it. Raises ValueError where none does.
     """
     found: list[str] = []
     for each in given:
@@ -64,6 +82,20 @@ def characters(given: Sequence[str], included: Sequence[str]) -> dict[str, str]:
         while name in named:
             name, again = f"{stem}_{again}", again + 1
         named[name] = who
+    return named
+
+
+def checked_characters(given: Sequence[str]) -> dict[str, str]:
+    """Return what `named_characters` does, having looked whether every file is there. Raises BadInput."""
+    from true_diffuse.scripts.characters import character
+
+    try:
+        named = named_characters(given, character.INCLUDED)
+        for who in named.values():
+            if who not in character.INCLUDED:
+                character.check_file(who)
+    except (ValueError, character.CharacterError) as error:
+        raise BadInput(str(error)) from error
     return named
 
 

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The five characters: each look against its model, and Realtime against Cycles where both are rendered."""
+
+import tempfile
+from array import array
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from statistics import median
+from typing import Self
+
+import bpy
+
+from true_diffuse.addon.blender.engines import CYCLES, ENGINES, REALTIME, Engine
+from true_diffuse.addon.blender.osl import compiles_osl
+from true_diffuse.addon.closures.quality import CHOSEN_LIGHTS
+from true_diffuse.addon.measure.record import Progress, Record
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, chosen_lights
+from true_diffuse.addon.optimize.materials import restore_materials
+from true_diffuse.scenes import five_characters
+from true_diffuse.scripts.characters import character as characters
+from true_diffuse.scripts.studies import five, pictures
+from true_diffuse.scripts.studies.comparison import base
+from true_diffuse.scripts.studies.comparison.base import ERROR_MAP, PICTURE, PICTURE_SUFFIXES, Frame, WorkItem
+from true_diffuse.scripts.studies.comparison.outcomes import Outcomes, Rendered
+
+MAP_WORK = 1.0
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """How the rough characters are rendered in an engine where that was picked; Realtime has no quality to choose."""
+
+    quality: str | None
+    osl: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class JobSpec(base.JobSpec):
+    """As the base has it; `configurations` by an engine's key."""
+
+    sigmas: tuple[float, ...]
+    albedo: float
+    full_figure: bool
+    configurations: Mapping[str, Configuration]
+
+    maps = (ERROR_MAP,)
+
+    @classmethod
+    def from_json(cls, record: Record) -> Self:
+        configurations = {key: Configuration(**one) for key, one in record["configurations"].items()}
+        return super().from_json({**record, "configurations": configurations})
+
+    @property
+    def measured(self) -> tuple[str, ...]:
+        return tuple(look.name for look in five_characters.looks(self.sigmas))
+
+    @property
+    def compares_realtime(self) -> bool:
+        """Whether Realtime is compared with Cycles."""
+        return {CYCLES.key, REALTIME.key} <= set(self.engines)
+
+    @property
+    def compares_osl(self) -> bool:
+        """Whether also with Cycles with OSL, on machines that compile it."""
+        return self.compares_realtime and not self.configurations
+
+    def work(self, item: WorkItem) -> float:
+        if item.look in (PICTURE, ERROR_MAP):
+            return {PICTURE: pictures.PICTURE_WORK, ERROR_MAP: MAP_WORK}[item.look]
+        look = next(look for look in five_characters.looks(self.sigmas) if look.name == item.look)
+        takes = 1 + (item.engine == self.engines[0])  # what the camera sees is worked out for the first engine alone
+        if item.engine == CYCLES.key:
+            takes += self.compares_osl * five.has_osl(look) + self.compares_realtime * five.is_approximated(look)
+        return takes * five.MEASUREMENT_WORK
+
+
+class Renderer(base.Renderer[JobSpec]):
+    """As the base has it; keeps the meshes of the last frames, too."""
+
+    _five: five_characters.FiveCharacters
+    _meshes: Mapping[Frame, bpy.types.Mesh]
+    _seen: dict[tuple[Frame, str], five.Reference]
+
+    def build(self, character: str, frames: Sequence[Frame]) -> bpy.types.Scene:
+        spec, who = self.spec, self.spec.characters[character]
+        # the frame's camera is that of the first of all frames, so that it stands still
+        self._meshes = characters.load_frames(who, tuple(dict.fromkeys((spec.frames[0], *frames))))
+        bust = who == "human" and not spec.full_figure
+        self._five = five_characters.build(self._meshes[spec.frames[0]], spec.albedo, bust, spec.resolution, spec.sigmas)
+        self._seen = {}
+        return self._five.scene
+
+    def show(self, frame: Frame) -> None:
+        for character in self._five.characters:
+            character.subject.data = self._meshes[frame]
+        self._five.scene.view_layers[0].update()
+
+    def configure(self, engine: Engine) -> None:
+        configuration = self.spec.configurations.get(engine.key)
+        if configuration is None:
+            return
+        for character in self._five.characters:
+            if character.look.group is ROUGH_DIFFUSE and configuration.quality is not None:
+                tree = character.subject.material_slots[0].material.node_tree
+                tree.nodes[ROUGH_DIFFUSE.name].inputs["Quality"].default_value = configuration.quality
+        chosen_lights.choose([self._five.key])
+        self._five.scene.cycles.shading_system = configuration.osl
+
+    def captions(self) -> pictures.Captions:
+        return five.captions(self._five)
+
+    def measure(self, item: WorkItem, engine: Engine, progress: Progress) -> Rendered:
+        spec = self.spec
+        only = replace(self._five, characters=tuple(one for one in self._five.characters if one.look.name == item.look))
+        key = item.frame, item.look
+        if key not in self._seen:
+            (self._seen[key],) = five.references(only, progress)
+        seen = [self._seen[key]]
+        (measured,) = five.measure(only, seen, engine, spec.samples[engine.key], progress)
+        record = {"measured": {"character": item.character, "frame": item.frame, **five.record(measured, spec.albedo)}}
+        files = {"patch": five.patch(self._five, measured).to_bytes()}
+        if spec.compares_realtime and engine in (CYCLES, REALTIME):
+            takes = [(None, measured)]
+            if engine is CYCLES:
+                restore_materials()
+                self.engine = None  # what comes next has its materials optimized again
+                if spec.compares_osl and compiles_osl():
+                    takes += [(None, take) for take in five.measure_osl(only, seen, progress)]
+                takes += [(CHOSEN_LIGHTS, take) for take in five.measure_chosen_lights(only, seen, measured.samples, progress)]
+            record["takes"] = [{"osl": take.osl, "mode": mode, "samples": take.samples} for mode, take in takes]
+            files |= {f"{k}.f32": take.rgb.tobytes() for k, (_, take) in enumerate(takes)}
+            files["i32"] = array("i", measured.reference.expected.pixels).tobytes()
+        return record, files
+
+    def draw_map(self, item: WorkItem, outcomes: Outcomes, progress: Progress) -> Rendered:
+        label = ENGINES[item.engine].label
+        with progress.step(f"Error map  {label}", MAP_WORK), tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder:
+            names = [replace(item, look=look).name for look in self.spec.measured]
+            patches = [five.Patch.from_bytes(outcomes.read(name, "patch")) for name in names]
+            path = Path(folder) / "error.png"
+            five.write_error_map(path, label, self.spec.resolution, patches)
+            return {}, {"png": path.read_bytes()}
+
+    def collect(self, items: Sequence[WorkItem], outcomes: Outcomes, folder: Path, collected: base.Collected) -> None:
+        for item in sorted(items, key=lambda item: item.frame or 0):  # frame by frame, each in all engines
+            record, prefix = outcomes.record(item.name), self.spec.prefix(item)
+            if item.look == PICTURE:
+                for suffix in PICTURE_SUFFIXES:
+                    outcomes.copy(item.name, suffix, folder / f"{prefix}five_{item.engine}.{suffix}")
+            elif item.look == ERROR_MAP:
+                outcomes.copy(item.name, "png", folder / f"{prefix}error_{item.engine}.png")
+            else:
+                collected.records.append(record["measured"])
+                if self.spec.compares_realtime and item.engine == REALTIME.key:
+                    collected.realtime_from_cycles += _from_cycles(item, outcomes)
+            collected.environments += [record["environment"]] if "environment" in record else []
+
+    def summary(self, collected: base.Collected) -> list[str]:
+        """Return a line for each engine and look: its error over all characters and frames; and for Realtime from Cycles."""
+        errors: dict[str, list[float]] = {}
+        for one in collected.records:
+            if one["rms_error"] is not None:
+                errors.setdefault(f"{ENGINES[one['engine']].label}, {one['name']}: RMS error", []).append(one["rms_error"])
+        for one in collected.realtime_from_cycles:
+            if one["rms_difference"] is not None:
+                text = f"Realtime from {five.reference_name(one)}, {one['name']}: RMS difference"
+                errors.setdefault(text, []).append(one["rms_difference"])
+        return [
+            f"{text} {five.percent(median(each))} (median of {len(each)}), {five.percent(min(each))} to {five.percent(max(each))}"
+            for text, each in errors.items()
+        ]
+
+
+def _from_cycles(item: WorkItem, outcomes: Outcomes) -> Iterator[Record]:
+    """Yield how far a look in Realtime is from each take of Cycles."""
+    cycles = replace(item, engine=CYCLES.key).name
+    realtime, pixels = array("f", outcomes.read(item.name, "0.f32")), array("i", outcomes.read(cycles, "i32"))
+    for k, take in enumerate(outcomes.record(cycles)["takes"]):
+        rgb = array("f", outcomes.read(cycles, f"{k}.f32"))
+        difference = five.realtime_difference(realtime, five.CyclesReference(take["osl"], take["mode"], take["samples"], pixels, rgb))
+        yield {"character": item.character, "frame": item.frame, "name": item.look, **difference}
