@@ -38,7 +38,8 @@ WITHOUT_DRIVER = f"""
 import sys
 sys.path.insert(0, {str(Path(checkout.__file__).parent)!r})
 import checkout, bpy
-from true_diffuse.addon import properties, realtime
+from true_diffuse.addon import realtime
+from true_diffuse.addon.blender import properties
 bpy.ops.wm.read_factory_settings()
 properties.register()
 realtime.register()

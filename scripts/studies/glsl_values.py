@@ -14,10 +14,15 @@ WIDTH = 1024  # pixels in a row of the target
 
 
 def evaluate(stem: str, call: str, rows: Sequence[tuple[Sequence[float], ...]]) -> list[tuple[float, float, float]]:
-    """Return what the GLSL expression `call`, a vec3, gives for each of `rows`: its vec4s are called a, b, c and d there.
+    """Return what `evaluate_functions` does for a `call` of the functions of shaders/STEM.glsl and of the files it needs."""
+    return evaluate_functions(source(stem), call, rows)
 
-    The functions of shaders/STEM.glsl can be used in it; shorter vectors end in zeros. Values go in and come out as 32-bit floats.
-    Needs a graphics driver.
+
+def evaluate_functions(functions: str, call: str, rows: Sequence[tuple[Sequence[float], ...]]) -> list[tuple[float, float, float]]:
+    """Return the value of the GLSL expression `call`, a vec3, for each of `rows`, whose vec4s are called a, b, c and d there.
+
+    `functions` is the GLSL text that `call` uses. Shorter vectors end in zeros. Values go in and come out as 32-bit floats. Needs a
+    graphics driver.
     """
     if bpy.app.background:
         gpu.init()
@@ -31,7 +36,7 @@ def evaluate(stem: str, call: str, rows: Sequence[tuple[Sequence[float], ...]]) 
         info.sampler(slot, "FLOAT_2D", f"input_{name}")
         fetches += f"vec4 {name} = texelFetch(input_{name}, ivec2(gl_FragCoord.xy), 0);\n"
     info.vertex_source(FULLSCREEN_VERTEX_SHADER)
-    info.fragment_source(f"{source(stem)}\nvoid main() {{ {fetches} result = vec4({call}, 1.0); }}")
+    info.fragment_source(f"{functions}\nvoid main() {{ {fetches} result = vec4({call}, 1.0); }}")
     shader = gpu.shader.create_from_info(info)
     target = gpu.types.GPUOffScreen(width, height, format="RGBA32F")
     with target.bind():
