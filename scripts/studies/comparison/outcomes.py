@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What work items came to, kept in memory; `farm.results` keeps them on disk. No bpy."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from true_diffuse.addon.measure.record import Record
+
+type Rendered = tuple[Record, Mapping[str, bytes]]
+"""What a work item comes to: its record, and its files by their suffixes."""
+
+
+class WorkError(Exception):
+    """A work item cannot be rendered or used; the message is one line for the user."""
+
+
+class Outcomes:
+    """What work items came to, by their names, in memory."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, Rendered] = {}
+
+    def has(self, name: str) -> bool:
+        """Return whether an item is done."""
+        return name in self._kept
+
+    def keep(self, name: str, record: Record, files: Mapping[str, bytes]) -> None:
+        """Keep what an item came to."""
+        self._kept[name] = record, files
+
+    def record(self, name: str) -> Record:
+        """Return the record of an item that is done."""
+        return self._kept[name][0]
+
+    def read(self, name: str, suffix: str) -> bytes:
+        """Return what a file of an item holds."""
+        return self._kept[name][1][suffix]
+
+    def copy(self, name: str, suffix: str, target: Path) -> None:
+        """Write a file of an item as `target`."""
+        target.write_bytes(self.read(name, suffix))
