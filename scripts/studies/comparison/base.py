@@ -182,10 +182,10 @@ class Renderer[Spec: JobSpec](ABC):
         """Return whether an engine's picture is denoised."""
         return False
 
-    def show(self, frame: Frame) -> None:
+    def show(self, frame: Frame) -> None:  # noqa: B027 - a comparison may have nothing to do here
         """Have the scene show a frame."""
 
-    def configure(self, engine: Engine) -> None:
+    def configure(self, engine: Engine) -> None:  # noqa: B027
         """Set what was picked for an engine beside its samples."""
 
     def draw_map(self, item: WorkItem, outcomes: Outcomes, progress: Progress) -> Rendered:

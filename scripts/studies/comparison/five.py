@@ -178,5 +178,6 @@ def _from_cycles(item: WorkItem, outcomes: Outcomes) -> Iterator[Record]:
     realtime, pixels = array("f", outcomes.read(item.name, "0.f32")), array("i", outcomes.read(cycles, "i32"))
     for k, take in enumerate(outcomes.record(cycles)["takes"]):
         rgb = array("f", outcomes.read(cycles, f"{k}.f32"))
-        difference = five.realtime_difference(realtime, five.CyclesReference(take["osl"], take["mode"], take["samples"], pixels, rgb))
+        reference = five.CyclesReference(take["osl"], take["mode"], take["samples"], pixels, rgb)
+        difference = five.realtime_difference(realtime, reference)
         yield {"character": item.character, "frame": item.frame, "name": item.look, **difference}
