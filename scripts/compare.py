@@ -265,7 +265,7 @@ def five_spec(options: Options, engines: Sequence[str], choices: Mapping[str, "C
         albedo=options.albedo,
         full_figure=options.full_figure,
         optimize=options.optimize,
-        configurations={key: Configuration(choice.mode, choice.osl) for key, choice in choices.items()},
+        configurations={key: Configuration(choice.quality, choice.osl) for key, choice in choices.items()},
         chunk=options.chunk or CHUNK,
     )
 
@@ -349,10 +349,10 @@ def _pick(options: Options, chosen: list["Engine"], terminal: Terminal) -> dict[
             engine.key: tolerance.choose(report, "five", engine.key, "Oren-Nayar", options.error, roughness=roughest)
             for engine in chosen
         }
-    except tolerance.Unmet as error:
+    except tolerance.ToleranceError as error:
         raise BadInput(str(error)) from error
     for choice in choices.values():
-        terminal.say(f"For {tolerance.percent(options.error)} {tolerance.told(choice)}")
+        terminal.say(f"For {tolerance.percent(options.error)} {tolerance.describe(choice)}")
     terminal.say("Standard specular stays as it is and does not count")
     return choices
 

@@ -228,8 +228,8 @@ def test_stated_limit_of_highlights_is_eevees(eevee_runs_here: bool) -> None:
 
 def test_measurement_is_shown_until_the_settings_change() -> None:
     material = clay(Roughness=0.33)
-    setup = measurement.Setup.of(bpy.context.scene)
-    panels.findings[material.session_uid] = material.Finding(claim_of(material), setup, "GPU", 0.027, 0.054, 1.07, 1.0)
+    setup = measurement.RenderSetup.of(bpy.context.scene)
+    panels.measurements[material.session_uid] = measurement.Measurement(claim_of(material), setup, "GPU", 0.027, 0.054, 1.07, 1.0)
     assert "2.7 % from Oren-Nayar (worst 5.4 %)" in drawn(material).texts
     assert "1.07 times Lambert's time (1070 ms)" in drawn(material).texts
     assert "Outdated: other settings" not in drawn(material).texts
@@ -344,7 +344,7 @@ def test_tolerance_sets_mode_and_samples(tmp_path: Path, monkeypatch: pytest.Mon
         assert instanced.node_tree.nodes["Rough Diffuse"].inputs["Quality"].default_value == expected
     assert measured == [material] * 2
     scene.true_diffuse.error, scene.eevee.taa_render_samples = 0.1, 99
-    with pytest.raises(RuntimeError, match=r"Clay.*: EEVEE reaches 0\.5 % at best, with Signed and 4 samples"):
+    with pytest.raises(RuntimeError, match=r"Clay.*: EEVEE reaches 0\.5 % at best, with Precise and 4 samples"):
         bpy.ops.true_diffuse.use_tolerance()
     assert mode.default_value == "Precise" and scene.eevee.taa_render_samples == 99
 

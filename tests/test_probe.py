@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measuring a material in an artist's file: what is found, what is refused, and that the file stays as it was."""
+"""Measuring a material in an artist's file: the result, the errors raised, and that the file stays as it was."""
 
 import math
 from collections.abc import Callable
@@ -55,7 +55,7 @@ def everything() -> dict[str, object]:
         "data": set(bpy.data.user_map()) - images,
         "scene": (scene, scene.camera, scene.frame_current, scene.render.resolution_x, scene.render.engine, scene.cycles.samples),
         "selected": (bpy.context.object, bpy.context.mode, set(bpy.context.selected_objects)),
-        "lamps": chosen_lights.chosen(),
+        "chosen lights": chosen_lights.chosen(),
     }
 
 
@@ -82,19 +82,19 @@ def sphere_error(shown: Rendered, exact: OrenNayar, degrees: float) -> float:
 
 @pytest.mark.slow
 @pytest.mark.render
-def test_probe_finds_the_error_that_the_formulas_have(engine: Engine) -> None:
+def test_measured_error_is_that_of_the_formulas(engine: Engine) -> None:
     bpy.context.scene.render.engine = engine.identifier
     material = materials.create("Clay", ROUGH_DIFFUSE, Color=COLOR, Roughness=SIGMA)
     steps = Steps()
-    found = measurement.measure(material, bpy.context.scene, steps)
+    result = measurement.measure(material, bpy.context.scene, steps)
     shown, exact = Rendered(OrenNayar(SIGMA), PAIR if engine is EEVEE else CYCLES_LOBES), OrenNayar(SIGMA)
     expected = [sphere_error(shown, exact, degrees) for degrees in measurement.LIGHT_DEGREES]
     # the pixels at the rim, which are left out, are worth some percent of the error; EEVEE's own precision is 0.15 %
     floor = 0.0015 if engine is EEVEE else 0.0
-    assert found.mean == pytest.approx(fmean(expected), rel=0.06, abs=floor)
-    assert found.worst == pytest.approx(max(expected), rel=0.06, abs=floor)
-    assert found.seconds > 0.0 and found.lambert_seconds > 0.0 and steps.done == measurement.work()
-    assert found.text().startswith(f"{engine.label}, Lobes: ") and "% from Oren-Nayar (worst" in found.text()
+    assert result.mean == pytest.approx(fmean(expected), rel=0.06, abs=floor)
+    assert result.worst == pytest.approx(max(expected), rel=0.06, abs=floor)
+    assert result.seconds > 0.0 and result.lambert_seconds > 0.0 and steps.done == measurement.total_work()
+    assert result.text().startswith(f"{engine.label}, Balanced: ") and "% from Oren-Nayar (worst" in result.text()
 
 
 @pytest.mark.render
@@ -104,9 +104,9 @@ def test_realtime_is_measured(eevee_runs_here: bool) -> None:
         pytest.skip("Realtime finds no graphics driver here")
     scene = bpy.context.scene
     scene.render.engine, scene.cycles.shading_system = REALTIME.identifier, True
-    found = measurement.measure(materials.create("Clay", ROUGH_DIFFUSE, Color=COLOR, Roughness=SIGMA), scene, Steps())
-    assert found.worst <= 1e-4  # as in test_engines
-    assert not found.setup.osl and found.text().startswith("Realtime: 0.00 % from Oren-Nayar")
+    result = measurement.measure(materials.create("Clay", ROUGH_DIFFUSE, Color=COLOR, Roughness=SIGMA), scene, Steps())
+    assert result.worst <= 1e-4  # as in test_engines
+    assert not result.setup.osl and result.text().startswith("Realtime: 0.00 % from Oren-Nayar")
     skin = materials.create("Skin", SUBSURFACE, Color=COLOR, Subsurface=0.5, Model="Lambert")
     assert measurement.measure(skin, scene, Steps()).worst <= 1e-4  # the same light from everywhere, and weights that sum to 1
 
@@ -123,9 +123,9 @@ def test_file_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     bpy.ops.object.mode_set(mode="EDIT")
     material, before = bpy.context.object.active_material, everything()
-    found = measurement.measure(material, scene, Steps())
-    # The mode Lamps follows the probe's own sun, within 0.07 %; the artist's sun shines from above and would be far off.
-    assert found.worst < 0.002
+    result = measurement.measure(material, scene, Steps())
+    # The chosen light is the probe's own sun, within 0.07 %; the artist's sun shines from above and would be far off
+    assert result.worst < 0.002
     assert everything() == before
 
     def broken(*_: object) -> None:
@@ -138,50 +138,50 @@ def test_file_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.render
-def test_simplified_material_is_measured_whole_and_stays_simplified() -> None:
+def test_optimized_material_is_measured_whole_and_stays_optimized() -> None:
     scene = bpy.context.scene
     scene.render.engine = CYCLES.identifier
     bpy.ops.mesh.primitive_cube_add()
     material = materials.create("Clay", ROUGH_DIFFUSE, Model="Lambert", Color=COLOR)
     bpy.context.object.data.materials.append(material)
-    claim = measurement.claim_of(material)
+    summary = measurement.claim_of(material)
     optimize_materials()
     node = material.node_tree.nodes["Rough Diffuse"]
-    least = node.node_tree
-    assert SPECIALIZED_FOR in least and measurement.claim_of(material) == claim
+    tree = node.node_tree
+    assert SPECIALIZED_FOR in tree and measurement.claim_of(material) == summary
     assert measurement.measure(material, scene, Steps()).worst < 0.002
-    assert node.node_tree == least
+    assert node.node_tree == tree
 
 
 @pytest.mark.render
-def test_slab_shows_the_color_claimed() -> None:
+def test_slab_has_the_color_of_the_material() -> None:
     """Christensen-Burley returns its color exactly; 512 samples of 144 pixels have 0.3 % of noise or less."""
     bpy.context.scene.render.engine = CYCLES.identifier
     inputs = {"Method": "Christensen-Burley", "Color": COLOR, "Subsurface Radius": (1.0, 0.5, 0.2)}
     material = materials.create("Wax", SUBSURFACE, **inputs)
-    found = measurement.measure(material, bpy.context.scene, Steps())
-    assert found.worst < 0.01 and found.notes == ("measured without the coat",)
+    result = measurement.measure(material, bpy.context.scene, Steps())
+    assert result.worst < 0.01 and result.notes == ("measured without the coat",)
     # at N.V = 0.5 its color moves with the view, by up to 15 %
     material.node_tree.nodes["Subsurface"].inputs["Method"].default_value = "Random Walk (Skin)"
     assert measurement.measure(material, bpy.context.scene, Steps()).worst > 0.02
 
 
 @pytest.mark.render
-def test_finding_is_outdated_once_something_changes_that_counts() -> None:
+def test_measurement_is_outdated_once_its_material_or_setup_changes() -> None:
     scene = bpy.context.scene
     scene.render.engine = CYCLES.identifier
     material = materials.create("Clay", ROUGH_DIFFUSE, Model="Lambert", Color=COLOR)
-    found = measurement.measure(material, scene, Steps())
-    assert found.worst < 0.002 and found.is_of(measurement.claim_of(material), scene)  # Cycles' own Lambert: 0.04 % in README
+    result = measurement.measure(material, scene, Steps())
+    assert result.worst < 0.002 and result.is_current(measurement.claim_of(material), scene)  # Lambert: 0.04 %
     roughness = material.node_tree.nodes["Rough Diffuse"].inputs["Roughness"]
     before, roughness.default_value = roughness.default_value, 0.5
-    assert not found.is_of(measurement.claim_of(material), scene)
+    assert not result.is_current(measurement.claim_of(material), scene)
     roughness.default_value = before
-    assert found.is_of(measurement.claim_of(material), scene)
+    assert result.is_current(measurement.claim_of(material), scene)
     scene.cycles.shading_system = True
-    assert not found.is_of(measurement.claim_of(material), scene)
+    assert not result.is_current(measurement.claim_of(material), scene)
     scene.render.engine = "BLENDER_WORKBENCH"
-    assert not found.is_of(measurement.claim_of(material), scene)
+    assert not result.is_current(measurement.claim_of(material), scene)
 
 
 def plain() -> bpy.types.Material:
@@ -201,9 +201,9 @@ def black() -> bpy.types.Material:
         (lambda: materials.create("Clay", ROUGH_DIFFUSE), "BLENDER_WORKBENCH", "only EEVEE, Cycles and Realtime"),
     ],
 )
-def test_what_cannot_be_measured_is_refused(make: Callable[[], bpy.types.Material | None], engine: str, why: str) -> None:
+def test_unmeasurable_material_raises(make: Callable[[], bpy.types.Material | None], engine: str, why: str) -> None:
     bpy.context.scene.render.engine = engine
-    with pytest.raises(measurement.Refused, match=why):
+    with pytest.raises(measurement.MeasurementError, match=why):
         measurement.check(make(), bpy.context.scene)
 
 
@@ -213,14 +213,14 @@ def test_black_base_with_a_highlight_can_be_measured() -> None:
     assert measurement.check(glossy, bpy.context.scene)[0].label == "Standard Specular"
 
 
-def test_what_is_linked_is_told() -> None:
+def test_linked_inputs_are_noted() -> None:
     bpy.context.scene.render.engine = CYCLES.identifier
     material = materials.create("Clay", ROUGH_DIFFUSE)
     node = material.node_tree.nodes["Rough Diffuse"]
     materials.paint(material, node.inputs["Color"], "paint", 0.8)
-    claim, setup = measurement.check(material, bpy.context.scene)
-    found = measurement.Finding(claim, setup, "CPU", 0.01, 0.02, 1.1, 1.0)
-    assert found.text() == (
-        "Cycles, Lobes: 1.0 % from Oren-Nayar (worst 2.0 %), 1.10 times Lambert's time; "
+    summary, setup = measurement.check(material, bpy.context.scene)
+    result = measurement.Measurement(summary, setup, "CPU", 0.01, 0.02, 1.1, 1.0)
+    assert result.text() == (
+        "Cycles, Balanced: 1.0 % from Oren-Nayar (worst 2.0 %), 1.10 times Lambert's time; "
         "Color linked: measured at the socket's own value"
     )

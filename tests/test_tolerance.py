@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The choice of mode and samples from a report whose fits are known, so that the cheapest can be worked out by hand."""
+"""The choice of quality and samples from a made-up report, for which the fastest choice follows by hand."""
 
 import json
 import math
@@ -11,13 +11,13 @@ from typing import Any
 import pytest
 
 from true_diffuse.addon.probe.environment import environment
-from true_diffuse.addon.probe.tolerance import Unmet, choose, parse_percent, read_report, told
+from true_diffuse.addon.probe.tolerance import ToleranceError, choose, describe, parse_percent, read_report
 
 SCRIPT = Path(__file__).resolve().parent.parent / "scripts" / "compare.py"
 HERE = {"machine": {"cores": 2}, "blender": "5.2.3"}
 
 
-def curve(mode: str, floor: float, noise: float | None, fixed: float, per_sample: float, **other: Any) -> dict[str, Any]:
+def curve(quality: str, floor: float, noise: float | None, fixed: float, per_sample: float, **other: Any) -> dict[str, Any]:
     """error(n)^2 = floor^2 + (noise / sqrt(n))^2, or the floor alone; measured at 1, 16 and 256 samples."""
     points = []
     for n in (1, 16, 256):
@@ -30,7 +30,7 @@ def curve(mode: str, floor: float, noise: float | None, fixed: float, per_sample
         "kind": "ours",
         "group": "rough_diffuse",
         "model": "Oren-Nayar",
-        "mode": mode,
+        "mode": quality,
         "sigma": 0.33,
         "points": points,
         "floor": floor,
@@ -47,101 +47,115 @@ def report(*curves: dict[str, Any]) -> dict[str, Any]:
 
 
 NOISY = curve("Balanced", 0.01, 0.2, 1.0, 0.1)
-DEAR = curve("Precise", 0.001, 0.2, 1.0, 0.5)
+SLOW = curve("Precise", 0.001, 0.2, 1.0, 0.5)
 
 
-def test_choice_is_the_fewest_samples_of_the_cheapest_mode() -> None:
-    # 0.0301^2 = 0.01^2 + 0.2^2 / n: n = 0.04 / 0.000806 = 49.6, in 1 + 5 s; Signed: n = 44.2, in 23.5 s
-    choice = choose(report(NOISY, DEAR), "five", "cycles", "Oren-Nayar", 0.0301)
-    assert (choice.mode, choice.samples) == ("Balanced", 50)
+def test_choice_has_the_fewest_samples_of_the_fastest_quality() -> None:
+    # 0.0301^2 = 0.01^2 + 0.2^2 / n: n = 0.04 / 0.000806 = 49.6, in 1 + 5 s; Precise: n = 44.2, in 23.5 s
+    choice = choose(report(NOISY, SLOW), "five", "cycles", "Oren-Nayar", 0.0301)
+    assert (choice.quality, choice.samples) == ("Balanced", 50)
     assert choice.seconds == pytest.approx(6.0) and choice.expected_error == pytest.approx(0.03)
 
 
-def test_choice_is_dearer_where_the_cheap_mode_ends() -> None:
-    # below Lobes' floor of 1 %; 0.2 / sqrt(n) <= sqrt(0.0135^2 - 0.001^2) from n = 221 on; Lobes would take 487
-    choice = choose(report(NOISY, DEAR), "five", "cycles", "Oren-Nayar", 0.0135)
-    assert (choice.mode, choice.samples) == ("Precise", math.ceil(0.04 / (0.0135**2 - 0.001**2)))
+def test_choice_is_slower_below_the_floor_of_the_fast_quality() -> None:
+    # 0.2 / sqrt(n) <= sqrt(0.0135^2 - 0.001^2) from n = 221 on; Balanced, whose floor is 1 %, would take 487
+    choice = choose(report(NOISY, SLOW), "five", "cycles", "Oren-Nayar", 0.0135)
+    assert (choice.quality, choice.samples) == ("Precise", math.ceil(0.04 / (0.0135**2 - 0.001**2)))
 
 
 def test_no_more_samples_than_were_measured() -> None:
     # 256 samples have sqrt(0.01^2 + 0.2^2 / 256) = 1.6008 %
     assert choose(report(NOISY), "five", "cycles", "Oren-Nayar", 0.01601).samples == 256
-    with pytest.raises(Unmet, match=r"Cycles reaches 1\.6 % at best, with Lobes and 256 samples"):
+    with pytest.raises(ToleranceError, match=r"Cycles reaches 1\.6 % at best, with Balanced and 256 samples, not 1\.6 %"):
         choose(report(NOISY), "five", "cycles", "Oren-Nayar", 0.016)
 
 
-def test_uncertainty_counts_against_a_mode() -> None:
+def test_uncertainty_counts_against_a_quality() -> None:
     sure = curve("Balanced", 0.02, None, 1.0, 0.1)
     unsure = sure | {"floor_uncertainty": 0.02}
     assert choose(report(sure), "five", "cycles", "Oren-Nayar", 0.03).samples == 1
-    with pytest.raises(Unmet):
+    with pytest.raises(ToleranceError):
         choose(report(unsure), "five", "cycles", "Oren-Nayar", 0.03)
     fitted = NOISY | {"floor_uncertainty": 0.005}  # n = 0.04 / (0.03^2 - 0.015^2) = 59.3
     assert choose(report(fitted), "five", "cycles", "Oren-Nayar", 0.03).samples == 60
 
 
-def test_error_is_the_mode_s_from_the_sphere_and_the_noise_of_the_scene() -> None:
-    # in the scene both are 9 % from another engine, which no mode mends; from the model they are 3 % and 0.5 %
-    curves = [curve(mode, 0.09, None, seconds, 0.1) for mode, seconds in (("Balanced", 1.0), ("Precise", 3.0))]
-    curves += [curve(mode, floor, None, 1.0, 0.1, scene="sphere") for mode, floor in (("Balanced", 0.03), ("Precise", 0.005))]
-    assert choose(report(*curves), "five", "cycles", "Oren-Nayar", 0.04).mode == "Balanced"
+def test_error_is_that_of_the_sphere_with_the_noise_of_the_scene() -> None:
+    # in the scene both differ 9 % from another engine, whatever the quality; from the model they differ 3 % and 0.5 %
+    curves = [curve(quality, 0.09, None, seconds, 0.1) for quality, seconds in (("Balanced", 1.0), ("Precise", 3.0))]
+    curves += [curve(quality, floor, None, 1.0, 0.1, scene="sphere") for quality, floor in (("Balanced", 0.03), ("Precise", 0.005))]
+    assert choose(report(*curves), "five", "cycles", "Oren-Nayar", 0.04).quality == "Balanced"
     choice = choose(report(*curves), "five", "cycles", "Oren-Nayar", 0.02)
-    assert (choice.mode, choice.expected_error) == ("Precise", 0.005) and choice.seconds == pytest.approx(3.1)
-    # noise that shows at one sample alone: 0.0906^2 = 0.09^2 + 0.0104^2, so 0.0115 with the mode's 0.5 %
+    assert (choice.quality, choice.expected_error) == ("Precise", 0.005) and choice.seconds == pytest.approx(3.1)
+    # noise that shows at one sample alone: 0.0906^2 = 0.09^2 + 0.0104^2, so 0.0115 with the 0.5 % of Precise
     noisy = curves[1] | {"points": [{**point, "error": 0.0906 if point["samples"] == 1 else 0.09} for point in curves[1]["points"]]}
     assert choose(report(noisy, *curves[2:]), "five", "cycles", "Oren-Nayar", 0.0116).samples == 1
     assert choose(report(noisy, *curves[2:]), "five", "cycles", "Oren-Nayar", 0.0114).samples == 16
 
 
-def test_modes_can_be_left_out_and_osl_demanded() -> None:
-    lamps, osl = curve("Exact for Chosen Lights", 0.001, None, 0.1, 0.1), curve("Balanced", 0.001, None, 0.5, 0.1, osl=True)
-    assert choose(report(NOISY, lamps, osl), "five", "cycles", "Oren-Nayar", 0.03).mode == "Exact for Chosen Lights"
-    assert choose(report(NOISY, lamps, osl), "five", "cycles", "Oren-Nayar", 0.03, leave_out={"Exact for Chosen Lights"}).osl
-    assert not choose(
-        report(NOISY, lamps, osl), "five", "cycles", "Oren-Nayar", 0.03, osl=False, leave_out={"Exact for Chosen Lights"}
-    ).osl
+def test_qualities_can_be_excluded_and_osl_demanded() -> None:
+    exact, osl = curve("Exact for Chosen Lights", 0.001, None, 0.1, 0.1), curve("Balanced", 0.001, None, 0.5, 0.1, osl=True)
+    case = report(NOISY, exact, osl), "five", "cycles", "Oren-Nayar", 0.03
+    assert choose(*case).quality == "Exact for Chosen Lights"
+    assert choose(*case, excluded={"Exact for Chosen Lights"}).osl
+    assert not choose(*case, osl=False, excluded={"Exact for Chosen Lights"}).osl
 
 
-def test_roughness_is_looked_up_where_the_error_is_not_smaller() -> None:
-    smooth, rough = curve("Balanced", 0.01, None, 1.0, 0.1, sigma=0.2), curve("Balanced", 0.02, None, 1.0, 0.1, sigma=0.33)
-    for sigma, expected in ((0.0, 0.01), (0.2, 0.01), (0.21, 0.02), (0.33, 0.02)):
-        assert choose(report(smooth, rough), "five", "cycles", "Oren-Nayar", 0.05, sigma).expected_error == expected
-    with pytest.raises(Unmet, match=r"up to a roughness of 0\.33, not 0\.5"):
-        choose(report(smooth, rough), "five", "cycles", "Oren-Nayar", 0.05, 0.5)
+SMOOTH, ROUGH = curve("Balanced", 0.01, None, 1.0, 0.1, sigma=0.2), curve("Balanced", 0.02, None, 1.0, 0.1, sigma=0.33)
 
 
-def test_a_model_that_was_not_measured_is_told_with_those_that_were() -> None:
-    blenders = curve("", 0.0, None, 0.0, 0.0, kind="blender", model="Principled")
-    with pytest.raises(Unmet, match=r"knows no Fujii in Cycles, scene five: it has Oren-Nayar$"):
-        choose(report(NOISY, blenders), "five", "cycles", "Fujii", 0.05)
-    with pytest.raises(Unmet, match="knows no Oren-Nayar in EEVEE"):
+@pytest.mark.parametrize(("sigma", "expected"), [(0.0, 0.01), (0.2, 0.01), (0.21, 0.02), (0.33, 0.02)])
+def test_roughness_is_looked_up_where_the_error_is_not_smaller(sigma: float, expected: float) -> None:
+    assert choose(report(SMOOTH, ROUGH), "five", "cycles", "Oren-Nayar", 0.05, sigma).expected_error == expected
+
+
+def test_roughness_above_all_that_were_measured_raises() -> None:
+    with pytest.raises(ToleranceError, match=r"up to a roughness of 0\.33, not 0\.5"):
+        choose(report(SMOOTH, ROUGH), "five", "cycles", "Oren-Nayar", 0.05, 0.5)
+
+
+def test_unmeasured_model_raises_and_names_the_measured_ones() -> None:
+    principled = curve("", 0.0, None, 0.0, 0.0, kind="blender", model="Principled")
+    with pytest.raises(ToleranceError, match=r"has no Fujii in Cycles, scene five: it has Oren-Nayar$"):
+        choose(report(NOISY, principled), "five", "cycles", "Fujii", 0.05)
+    with pytest.raises(ToleranceError, match="has no Oren-Nayar in EEVEE"):
         choose(report(NOISY), "five", "eevee", "Oren-Nayar", 0.05)
 
 
-def test_engine_without_modes_is_picked_for_its_samples() -> None:
-    drawn = curve("", 1e-5, 0.02, 0.1, 0.01, engine="realtime") | {"mode": None}
+def test_engine_without_qualities_gets_a_sample_count() -> None:
+    realtime = curve("", 1e-5, 0.02, 0.1, 0.01, engine="realtime") | {"mode": None}
     # 0.02 / sqrt(n) <= sqrt(0.005^2 - 1e-10) from n = 16 + 6e-5 on
-    choice = choose(report(NOISY, drawn), "five", "realtime", "Oren-Nayar", 0.005)
-    assert (choice.mode, choice.samples) == (None, 17)
-    assert told(choice).startswith("Realtime: GLSL with 17 samples, 0.49 % expected")
-    with pytest.raises(Unmet, match="knows no Oren-Nayar in Realtime"):
+    choice = choose(report(NOISY, realtime), "five", "realtime", "Oren-Nayar", 0.005)
+    assert (choice.quality, choice.samples) == (None, 17)
+    assert describe(choice).startswith("Realtime: GLSL with 17 samples, 0.49 % expected")
+    with pytest.raises(ToleranceError, match="has no Oren-Nayar in Realtime"):
         choose(report(NOISY), "five", "realtime", "Oren-Nayar", 0.05)
 
 
-def test_reports_of_elsewhere_are_refused(tmp_path: Path) -> None:
+def test_report_of_this_environment_is_read(tmp_path: Path) -> None:
     path = tmp_path / "report.json"
-    with pytest.raises(Unmet, match=r"no report at .*: run scripts/report\.py"):
-        read_report(path, HERE)
     path.write_text(json.dumps(report(NOISY)))
     assert read_report(path, HERE)["curves"] == [NOISY]
-    with pytest.raises(Unmet, match="another machine"):
-        read_report(path, HERE | {"machine": {"cores": 4}})
-    with pytest.raises(Unmet, match=r"Blender 5\.2\.3, this is 5\.2\.4"):
-        read_report(path, HERE | {"blender": "5.2.4"})
-    for broken in ("", "{", "[]", '{"version": 2, "curves": [1]}'):
-        path.write_text(broken)
-        with pytest.raises(Unmet):
-            read_report(path, HERE)
+
+
+@pytest.mark.parametrize(
+    ("text", "environment", "message"),
+    [
+        (None, HERE, r"no report at .*: run scripts/report\.py"),
+        (json.dumps(report(NOISY)), HERE | {"machine": {"cores": 4}}, "another machine"),
+        (json.dumps(report(NOISY)), HERE | {"blender": "5.2.4"}, r"Blender 5\.2\.3, this is 5\.2\.4"),
+        ("", HERE, "cannot be read"),
+        ("{", HERE, "cannot be read"),
+        ("[]", HERE, "no report of this version"),
+        ('{"version": 2, "curves": [1]}', HERE, "no report of this version"),
+    ],
+)
+def test_unusable_report_raises(text: str | None, environment: dict[str, Any], message: str, tmp_path: Path) -> None:
+    path = tmp_path / "report.json"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(ToleranceError, match=message):
+        read_report(path, environment)
 
 
 @pytest.mark.parametrize("text", ["2%", "2 %", " 2", "2.0"])
@@ -165,11 +179,11 @@ def test_comparison_by_tolerance(tmp_path: Path) -> None:
     (tmp_path / "report.json").write_text(json.dumps(report(NOISY) | {"environment": environment([])}))
     result = compare(tmp_path, "--error", "3.01%", "--report", "report.json", "--out", "out")
     assert result.returncode == 0, result.stderr
-    assert "For 3 % Cycles: Lobes with 50 samples, 3 % expected in 6 s" in result.stdout
+    assert "For 3 % Cycles: Balanced with 50 samples, 3 % expected in 6 s" in result.stdout
     document = json.loads((tmp_path / "out" / "compare.json").read_text())
     assert {record["samples"] for record in document["records"]} == {50}
     picked = document["choices"]["cycles"]
-    assert (picked["mode"], picked["samples"], picked["met"]) == ("Balanced", 50, True)
+    assert (picked["quality"], picked["samples"], picked["met"]) == ("Balanced", 50, True)
     rough = [record["rms_error"] for record in document["records"] if record["name"] != "specular"]
     assert picked["measured_error"] == max(rough)
 
@@ -183,7 +197,7 @@ def test_comparison_by_tolerance(tmp_path: Path) -> None:
         ("--error 2%", "run scripts/report.py"),
     ],
 )
-def test_comparison_by_tolerance_refuses_in_one_line(tmp_path: Path, options: str, why: str) -> None:
+def test_comparison_by_tolerance_fails_with_one_line(tmp_path: Path, options: str, why: str) -> None:
     result = compare(tmp_path, *options.split())
     assert result.returncode == 2 and why in result.stderr and len(result.stderr.splitlines()) == 1
     assert list(tmp_path.iterdir()) == []

@@ -10,9 +10,9 @@ import bpy
 from .context import material_of
 
 if TYPE_CHECKING:
-    from ..probe.measurement import Finding
+    from ..probe.measurement import Measurement
 
-findings: dict[int, "Finding"] = {}  # by a material's session_uid: figures of this machine, which are not kept in files
+measurements: dict[int, "Measurement"] = {}  # by a material's session_uid; they hold for this machine, so files do not keep them
 
 
 class TRUE_DIFFUSE_OT_measure(bpy.types.Operator):
@@ -55,14 +55,14 @@ def measure(operator: bpy.types.Operator, context: bpy.types.Context, material: 
 
     context.window_manager.progress_begin(0.0, 1.0)
     try:
-        found = measurement.measure(material, context.scene, WindowProgress(context.window_manager, measurement.work()))
-    except (measurement.Refused, RuntimeError, OSError) as error:
+        result = measurement.measure(material, context.scene, WindowProgress(context.window_manager, measurement.total_work()))
+    except (measurement.MeasurementError, RuntimeError, OSError) as error:
         operator.report({"ERROR"}, str(error))
         return {"CANCELLED"}
     finally:
         context.window_manager.progress_end()
-    findings[material.session_uid] = found
-    operator.report({"INFO"}, found.text())
+    measurements[material.session_uid] = result
+    operator.report({"INFO"}, result.text())
     for area in context.screen.areas if context.screen else ():
         area.tag_redraw()
     return {"FINISHED"}

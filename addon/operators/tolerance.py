@@ -27,30 +27,32 @@ class TRUE_DIFFUSE_OT_use_tolerance(bpy.types.Operator):
         from ..material.summary import engine_of
         from ..probe import settings
         from ..probe.environment import environment
-        from ..probe.tolerance import Unmet, percent, read_report
+        from ..probe.tolerance import ToleranceError, percent, read_report
 
-        scene, share = context.scene, context.scene.true_diffuse.error / 100.0
+        scene, tolerance = context.scene, context.scene.true_diffuse.error / 100.0
         engine = engine_of(scene)
         if engine is None:
             self.report({"ERROR"}, f"No report knows {scene.render.engine.title()}: only EEVEE, Cycles and Realtime")
             return {"CANCELLED"}
         try:
             report = read_report(_report_path(), environment([]))
-        except Unmet as error:
+        except ToleranceError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        choices, unmet = settings.pick(scene, report, share)
-        for text in unmet if choices else unmet[:-1]:
+        choices, problems = settings.choose_all(scene, report, tolerance)
+        for text in problems if choices else problems[:-1]:
             self.report({"WARNING"}, text)
         if not choices:
-            self.report({"ERROR"}, unmet[-1] if unmet else "The scene uses no True Diffuse material with a mode")
+            self.report({"ERROR"}, problems[-1] if problems else "The scene uses no True Diffuse material with a mode")
             return {"CANCELLED"}
-        samples, linked = settings.use(scene, choices)
+        samples, linked = settings.apply(scene, choices)
         if linked:
             self.report({"WARNING"}, f"Linked from other files and left alone: {', '.join(linked)}")
-        picked = ", ".join(dict.fromkeys(choice.way for choice in choices.values()))
+        picked = ", ".join(dict.fromkeys(choice.variant for choice in choices.values()))
         expected = max(choice.expected_error for choice in choices.values())
-        self.report({"INFO"}, f"{engine.label}, {percent(share)}: {picked} with {samples} samples, {percent(expected)} expected")
+        self.report(
+            {"INFO"}, f"{engine.label}, {percent(tolerance)}: {picked} with {samples} samples, {percent(expected)} expected"
+        )
         if material_of(context) in choices:
             measure(self, context, material_of(context))
         return {"FINISHED"}
@@ -58,11 +60,11 @@ class TRUE_DIFFUSE_OT_use_tolerance(bpy.types.Operator):
 
 def _report_path() -> Path:
     from ..blender.extension import preferences
-    from ..probe.tolerance import MAKE, Unmet
+    from ..probe.tolerance import MAKE, ToleranceError
 
     settings = preferences()
     if settings is None or not settings.report:
-        raise Unmet(f"No report is chosen: {MAKE}, then choose its report.json in the extension's preferences")
+        raise ToleranceError(f"No report is chosen: {MAKE}, then choose its report.json in the extension's preferences")
     return Path(bpy.path.abspath(settings.report))
 
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measures a material in the current engine, and picks modes and samples for a wanted error."""
+"""Measures a material in the scene's engine, and picks qualities and sample counts for a wanted error."""

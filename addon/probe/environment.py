@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What figures depend on besides the options."""
+"""The machine and versions that measured figures depend on."""
 
 import os
 import platform
@@ -17,7 +17,7 @@ MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
 
 
 def environment(used: Sequence[Engine]) -> dict[str, object]:
-    """Return what the figures depend on besides the options: machine, Blender, devices, versions."""
+    """Return the machine, the versions, and the device of each of the `used` engines, as JSON values."""
     return {
         "machine": {
             "system": f"{platform.system()} {platform.machine()}",
@@ -25,7 +25,7 @@ def environment(used: Sequence[Engine]) -> dict[str, object]:
             "cores": os.cpu_count(),
         },
         "true_diffuse": tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"],
-        "system_version": platform.platform(),  # not of the machine's identity: it changes with every update
+        "system_version": platform.platform(),  # apart from "machine", which is compared: this changes with every update
         "blender": bpy.app.version_string,
         "blender_build": bpy.app.build_hash.decode(errors="replace"),
         "python": platform.python_version(),
@@ -34,12 +34,12 @@ def environment(used: Sequence[Engine]) -> dict[str, object]:
 
 
 def merged(environments: Sequence[Mapping[str, Any]]) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Return the first of `environments` with the devices of all, and where machines differ all of them, each once."""
+    """Return the first of `environments` with the devices of all, and a list of all different ones; empty where all agree."""
     devices: dict[str, str] = {}
     machines: list[dict[str, Any]] = []
-    for one in environments:
-        devices |= one["devices"]
-        machine = {name: value for name, value in one.items() if name != "devices"}
+    for environment in environments:
+        devices |= environment["devices"]
+        machine = {name: value for name, value in environment.items() if name != "devices"}
         if machine not in machines:
             machines.append(machine)
     return machines[0] | {"devices": devices}, machines if len(machines) > 1 else []

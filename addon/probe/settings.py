@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Picks modes and samples for the True Diffuse materials of an artist's scene by a report, and sets them."""
+"""Chooses qualities and sample counts for the True Diffuse materials of an artist's scene from a report, and sets them."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,26 +12,29 @@ from ..material.materials import materials_of, refusal
 from ..material.read import group_node
 from ..material.summary import Claim, claim_of, engine_of
 from ..nodes import SPECULAR_GROUP, SUBSURFACE
-from .tolerance import Choice, Unmet, choose
+from .tolerance import Choice, ToleranceError, choose
 
-SCENES = ("face", "five", "sphere")  # of a report, the one most like an artist's first; the face for what is translucent
+SCENES = ("face", "five", "sphere")  # of a report; that most like an artist's first, the face being for Subsurface
 
 type Choices = dict[bpy.types.Material, Choice]
 
 
-def pick(scene: bpy.types.Scene, report: Mapping[str, Any], share: float) -> tuple[Choices, list[str]]:
-    """Return what is cheapest for an error of `share` for each material of `scene`, and a line for each that has no choice."""
-    choices, unmet = {}, []
-    for material, claim in _in_use(scene):
+def choose_all(scene: bpy.types.Scene, report: Mapping[str, Any], tolerance: float) -> tuple[Choices, list[str]]:
+    """Return the fastest choice for each material of `scene` with an error up to `tolerance`, and a message for each without.
+
+    `tolerance` is a fraction, 0.01 for 1 %.
+    """
+    choices, problems = {}, []
+    for material, summary in _in_use(scene):
         try:
-            choices[material] = _choice(scene, report, claim, share)
-        except Unmet as error:
-            unmet.append(f"{material.name}: {error}")
-    return choices, unmet
+            choices[material] = _choice(scene, report, summary, tolerance)
+        except ToleranceError as error:
+            problems.append(f"{material.name}: {error}")
+    return choices, problems
 
 
-def use(scene: bpy.types.Scene, choices: Choices) -> tuple[int, list[str]]:
-    """Set modes, and the samples that are enough for all; returns the samples and the names of materials that cannot be edited."""
+def apply(scene: bpy.types.Scene, choices: Choices) -> tuple[int, list[str]]:
+    """Set the qualities, and as samples the largest count; returns that and the names of materials that cannot be edited."""
     samples = max(choice.samples for choice in choices.values())
     engine = engine_of(scene)
     if engine is EEVEE:
@@ -39,46 +42,46 @@ def use(scene: bpy.types.Scene, choices: Choices) -> tuple[int, list[str]]:
     elif engine is REALTIME:
         scene.true_diffuse.samples = samples
     else:
-        scene.cycles.samples, scene.cycles.use_adaptive_sampling = samples, False  # the report's are all taken
-    return samples, [material.name for material, choice in choices.items() if not _set_mode(material, choice)]
+        scene.cycles.samples, scene.cycles.use_adaptive_sampling = samples, False  # as in the report
+    return samples, [material.name for material, choice in choices.items() if not _set_quality(material, choice)]
 
 
 def _in_use(scene: bpy.types.Scene) -> list[tuple[bpy.types.Material, Claim]]:
-    """Return the True Diffuse materials of `scene` whose modes or methods a report knows: of Standard Specular it has none."""
-    claims = ((material, claim_of(material)) for material in materials_of(scene))
-    return [(material, claim) for material, claim in claims if claim and claim.group != SPECULAR_GROUP.key]
+    """Return the True Diffuse materials of `scene` of which a report has curves: all but Standard Specular."""
+    summaries = ((material, claim_of(material)) for material in materials_of(scene))
+    return [(material, summary) for material, summary in summaries if summary and summary.group != SPECULAR_GROUP.key]
 
 
-def _choice(scene: bpy.types.Scene, report: Mapping[str, Any], claim: Claim, share: float) -> Choice:
-    """Return the choice for one material; raises Unmet. The mode Lamps is the artist's own to choose: the light decides."""
-    is_below = claim.group == SUBSURFACE.key
+def _choice(scene: bpy.types.Scene, report: Mapping[str, Any], summary: Claim, tolerance: float) -> Choice:
+    """Return the choice for one material; raises ToleranceError. Only the artist can choose Exact for Chosen Lights."""
+    is_subsurface = summary.group == SUBSURFACE.key
     engine = engine_of(scene)
     if engine is None:
-        raise Unmet("only EEVEE, Cycles and Realtime are known")
-    known = {curve["scene"] for curve in report["curves"] if curve["model"] == claim.label and curve["group"] == claim.group}
+        raise ToleranceError("only EEVEE, Cycles and Realtime are known")
+    known = {curve["scene"] for curve in report["curves"] if curve["model"] == summary.label and curve["group"] == summary.group}
     return choose(
         report,
         next((name for name in SCENES if name in known), SCENES[1]),
         engine.key,
-        claim.label,
-        share,
-        roughness=0.0 if is_below else claim.number("Roughness"),
-        group=claim.group,
-        osl=engine is CYCLES and uses_osl(scene) and not is_below,
-        leave_out=() if claim.follows_lamps else (CHOSEN_LIGHTS,),
+        summary.label,
+        tolerance,
+        roughness=0.0 if is_subsurface else summary.number("Roughness"),
+        group=summary.group,
+        osl=engine is CYCLES and uses_osl(scene) and not is_subsurface,
+        excluded=() if summary.follows_lamps else (CHOSEN_LIGHTS,),
     )
 
 
-def _set_mode(material: bpy.types.Material, choice: Choice) -> bool:
-    """Set the group's Mode, or in Cycles its Method, if there is a choice; returns whether the material can be edited."""
-    found = group_node(material)
-    if found is None or refusal(material):
+def _set_quality(material: bpy.types.Material, choice: Choice) -> bool:
+    """Set the group's Quality, or in Cycles its Method, if there is one; returns whether the material can be edited."""
+    group = group_node(material)
+    if group is None or refusal(material):
         return False
-    inputs = found[0].inputs
-    if choice.mode is None:
+    inputs = group[0].inputs
+    if choice.quality is None:
         return True
     if "Quality" in inputs:
-        inputs["Quality"].default_value = choice.mode
+        inputs["Quality"].default_value = choice.quality
     elif choice.engine == CYCLES.key:  # EEVEE has one method, whatever the menu says
-        inputs["Method"].default_value = choice.mode
+        inputs["Method"].default_value = choice.quality
     return True

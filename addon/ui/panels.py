@@ -11,7 +11,7 @@ from ..operators.apply import TRUE_DIFFUSE_OT_apply_preset
 from ..operators.context import material_of, node_of
 from ..operators.convert import TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes
 from ..operators.lights import TRUE_DIFFUSE_OT_choose_lamps, TRUE_DIFFUSE_OT_toggle_lamp
-from ..operators.measure import TRUE_DIFFUSE_OT_measure, findings
+from ..operators.measure import TRUE_DIFFUSE_OT_measure, measurements
 from ..operators.optimize import TRUE_DIFFUSE_OT_restore, TRUE_DIFFUSE_OT_simplify
 from ..operators.presets import SHADED
 from ..operators.tolerance import TRUE_DIFFUSE_OT_use_tolerance
@@ -217,15 +217,15 @@ def draw_accuracy(
 
     layout.label(text=stated_error(claim, context.scene) or "Measure to know", icon="INFO")
     layout.operator(TRUE_DIFFUSE_OT_measure.bl_idname)
-    finding = findings.get(material.session_uid)
-    if finding is None:
+    measurement = measurements.get(material.session_uid)
+    if measurement is None:
         return
     column = layout.column(align=True)
     column.scale_y = 0.85
-    if not finding.is_of(surface, context.scene):
+    if not measurement.is_current(surface, context.scene):
         column.label(text="Outdated: other settings", icon="ERROR")
         column.active = False
-    for line in finding.lines():
+    for line in measurement.lines():
         column.label(text=line)
 
 
