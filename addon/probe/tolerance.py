@@ -83,7 +83,7 @@ def choose(
     """Return the fastest choice for `model` in `engine` whose error, with its uncertainty, is at most `tolerance`, a fraction.
 
     `scene` is that of the report; `osl` whether OSL is used, None for either; `excluded` are qualities not to choose. No more
-    samples are chosen than were measured. Raises ToleranceError where the report has no such model, or no choice is within tolerance.
+    samples are chosen than were measured. Raises ToleranceError where the report has no such model or nothing meets the tolerance.
     """
     curves = _curves(report, scene, engine, model, roughness, group, osl, excluded)
     variants = [_Variant(curve, _exact(report, curve)) for curve in curves]
