@@ -29,7 +29,7 @@ class SphereUnderSun:
     sphere: bpy.types.Object
     sun: bpy.types.Object
     plain: bpy.types.Material
-    surfaces: dict[float, error.Surface] = field(default_factory=dict)
+    surfaces: dict[float, error.GBuffer] = field(default_factory=dict)
 
     def measure(
         self, material: bpy.types.Material, models: Sequence[Model], engine: engines.Engine, samples: int, degrees: float
@@ -43,12 +43,12 @@ class SphereUnderSun:
         *expected, lambert = error.analytic(self.surface(), [*models, Lambert()], camera, light)
         return seconds, [error.errors(rgb, one, lambert) for one in expected]
 
-    def surface(self) -> error.Surface:
+    def surface(self) -> error.GBuffer:
         """Return the surface that the camera sees, rendered once for each resolution."""
         size = self.scene.render.resolution_x
         if size not in self.surfaces:
             with render.measurement_scene(self.scene, self.sphere, self.sun) as scene:
-                self.surfaces[size] = render.surface(scene, self.plain)
+                self.surfaces[size] = render.g_buffer(scene, self.plain)
         return self.surfaces[size]
 
     def radiance(

@@ -1,27 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Error figures from made-up pixels whose answers can be worked out by hand."""
+"""Errors of made-up pixels, with results worked out by hand."""
 
 import math
 from array import array
 
 import pytest
 
-from true_diffuse.addon.measure.error import Analytic, Light, Surface, analytic, errors, signed_difference
+from true_diffuse.addon.measure.error import Analytic, GBuffer, Light, analytic, errors, signed_difference
 from true_diffuse.addon.models import Lambert
 from true_diffuse.scripts.studies.pictures import DIVERGING, diverging_color, scale_place
 
 SUN = Light((0.0, 0.0, 1.0), math.pi)
 
 
-def surface(normals: list[tuple[float, float, float]], measurable: list[int]) -> Surface:
+def g_buffer(normals: list[tuple[float, float, float]], measurable: list[int]) -> GBuffer:
     count = len(normals)
     flat = array("f", [component for normal in normals for component in normal])
-    return Surface(flat, array("f", bytes(12 * count)), array("f", [0.5] * (3 * count)), bytearray(measurable))
+    return GBuffer(flat, array("f", bytes(12 * count)), array("f", [0.5] * (3 * count)), bytearray(measurable))
 
 
 def test_analytic_skips_what_cannot_be_compared() -> None:
     slanted = (0.6, 0.0, 0.8)
-    seen = surface([(0.0, 0.0, 1.0), slanted, (0.0, 0.0, -1.0), slanted], [1, 1, 1, 0])
+    seen = g_buffer([(0.0, 0.0, 1.0), slanted, (0.0, 0.0, -1.0), slanted], [1, 1, 1, 0])
     (result,) = analytic(seen, (Lambert(),), (0.0, 0.0, 5.0), SUN)
     assert list(result.pixels) == [0, 1]  # not the one that faces away, nor the one with an edge
     assert result.radiance[0] == pytest.approx(0.5) and result.radiance[3] == pytest.approx(0.4)
@@ -53,8 +53,8 @@ def test_luminance_over_a_black_lambert_is_not_a_number() -> None:
     assert result.rms == 0.0 and math.isnan(result.luminance_over_lambert)
 
 
-def test_signed_difference_is_a_share_of_white() -> None:
-    seen = surface([(0.0, 0.0, 1.0)], [1])
+def test_signed_difference_is_a_fraction_of_white() -> None:
+    seen = g_buffer([(0.0, 0.0, 1.0)], [1])
     (expected,) = analytic(seen, (Lambert(),), (0.0, 0.0, 5.0), SUN)
     assert signed_difference(array("f", [0.45] * 3), expected, seen, SUN)[0] == pytest.approx(-0.1, rel=1e-5)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The analytic radiance of every pixel of a render, and how far the render is from it. No bpy."""
+"""The radiance of a model in every pixel of a render, and the errors of the render relative to it. No bpy."""
 
 import math
 from array import array
@@ -12,11 +12,11 @@ from ..models.vector import Vector, dot, normalize
 
 
 @dataclass(frozen=True)
-class Surface:
-    """What a measurement render sees: one entry per pixel, three floats each, rows from the top as in the file.
+class GBuffer:
+    """The geometry in the pixels of a measurement render: three floats a pixel, rows from the top.
 
-    `normal` unit vectors and `position` in world space [m], `albedo` linear RGB; `measurable` is 1 for a pixel that shows one
-    surface, 0 where there is none or an edge runs through, as such a pixel has no normal of its own.
+    `normal` (unit vectors) and `position` [m] are in world space, `albedo` is linear RGB. `measurable` is 1 for a pixel that shows
+    one surface, 0 without a surface or with an edge, where the normal is not defined.
     """
 
     normal: array[float]
@@ -27,7 +27,7 @@ class Surface:
 
 @dataclass(frozen=True)
 class Light:
-    """A sun: `direction` towards it (unit vector) and `irradiance` E0 [W/m^2] on a plane that faces it."""
+    """A sun: the `direction` towards it (unit vector) and its `irradiance` E0 [W/m^2] on a plane that faces it."""
 
     direction: Vector
     irradiance: float
@@ -35,10 +35,7 @@ class Light:
 
 @dataclass(frozen=True)
 class Analytic:
-    """The radiance [W/(m^2 sr)] a model gives, linear RGB.
-
-    `pixels` lists those it is for: measurable ones that face both light and camera.
-    """
+    """The `radiance` [W/(m^2 sr)] of a model, linear RGB, in `pixels`: the measurable ones that face both light and camera."""
 
     pixels: array[int]
     radiance: array[float]
@@ -46,10 +43,10 @@ class Analytic:
 
 @dataclass(frozen=True)
 class Errors:
-    """`rms` and `p99` (99th percentile of the absolute error) are relative to the RMS of the analytic value.
+    """The errors of a render over a number of `pixels`.
 
-    `mean_luminance` is of the render [W/(m^2 sr)]; `luminance_over_lambert` divides it by that of an ideal Lambert surface with
-    the same albedo, seen in the same pixels.
+    `rms` and `p99` (99th percentile of the absolute error) are divided by the RMS of the analytic radiance. `mean_luminance` is
+    that of the render [W/(m^2 sr)]; `luminance_over_lambert` divides it by that of Lambert with the same albedo in the same pixels.
     """
 
     pixels: int
@@ -59,16 +56,15 @@ class Errors:
     luminance_over_lambert: float
 
 
-def directions(surface: Surface, pixel: int, camera: Vector) -> tuple[Vector, Vector]:
-    """Return N and V of a measurable pixel, seen from `camera` (a point [m])."""
+def directions(surface: GBuffer, pixel: int, camera: Vector) -> tuple[Vector, Vector]:
+    """Return N and V (unit vectors) of a measurable pixel, seen from the point `camera` [m]."""
     normal, position, i = surface.normal, surface.position, 3 * pixel
     n = normalize((normal[i], normal[i + 1], normal[i + 2]))
     return n, normalize((camera[0] - position[i], camera[1] - position[i + 1], camera[2] - position[i + 2]))
 
 
-def analytic(surface: Surface, models: Sequence[Model], camera: Vector, light: Light) -> list[Analytic]:
-    """Return what each of `models` says of `surface`, seen from `camera` (a point [m]) under `light`
-    alone, all for the same pixels."""
+def analytic(surface: GBuffer, models: Sequence[Model], camera: Vector, light: Light) -> list[Analytic]:
+    """Return the radiance of each of `models` under `light` alone, seen from the point `camera` [m]; all have the same pixels."""
     pixels = array("l")
     radiances = [array("f") for _ in models]
     albedo = surface.albedo
@@ -89,8 +85,8 @@ def analytic(surface: Surface, models: Sequence[Model], camera: Vector, light: L
     return [Analytic(pixels, radiance) for radiance in radiances]
 
 
-def distances(surface: Surface, camera: Vector) -> array[float]:
-    """Return the distance [m] of every pixel's surface from `camera` (a point [m]); without meaning where there is none."""
+def distances(surface: GBuffer, camera: Vector) -> array[float]:
+    """Return the distance [m] of every pixel's surface from the point `camera`; undefined where there is no surface."""
     p = surface.position
     return array("f", (math.dist(camera, p[i : i + 3]) for i in range(0, len(p), 3)))
 
@@ -101,14 +97,14 @@ def luminance(rgb: array[float], i: int) -> float:
 
 
 def errors(rendered: array[float], expected: Analytic, lambert: Analytic) -> Errors:
-    """Return how far `rendered` (linear RGB of the whole region) is from `expected`; NaN where there is nothing to compare.
+    """Return the errors of `rendered`, linear RGB of all pixels, relative to `expected`; NaN without pixels or where that is black.
 
     rms = sqrt(sum (L - Lref)^2 / sum Lref^2) over all channels of the expected pixels.
     """
     count = len(expected.pixels)
     if count == 0:
         return Errors(0, math.nan, math.nan, math.nan, math.nan)
-    squares = reference = shown = ideal = 0.0
+    squares = reference = luminances = ideal = 0.0
     deviations = []
     for k, pixel in enumerate(expected.pixels):
         i, j = 3 * pixel, 3 * k
@@ -119,22 +115,22 @@ def errors(rendered: array[float], expected: Analytic, lambert: Analytic) -> Err
             reference += value * value
         squares += square
         deviations.append(square)
-        shown += luminance(rendered, i)
+        luminances += luminance(rendered, i)
         ideal += luminance(lambert.radiance, j)
     if reference == 0.0:
-        return Errors(count, math.nan, math.nan, shown / count, math.nan)
+        return Errors(count, math.nan, math.nan, luminances / count, math.nan)
     deviations.sort()
     return Errors(
         pixels=count,
         rms=math.sqrt(squares / reference),
         p99=math.sqrt(deviations[math.ceil(0.99 * count) - 1] * count / reference),
-        mean_luminance=shown / count,
-        luminance_over_lambert=shown / ideal if ideal > 0.0 else math.nan,
+        mean_luminance=luminances / count,
+        luminance_over_lambert=luminances / ideal if ideal > 0.0 else math.nan,
     )
 
 
 def difference(rendered: array[float], reference: array[float], pixels: Iterable[int]) -> float:
-    """Return sqrt(sum (a - b)^2 / sum b^2) of two pictures over `pixels`; NaN where the reference is black."""
+    """Return sqrt(sum (a - b)^2 / sum b^2) of two pictures over `pixels`, b being the reference; NaN where that is black."""
     squares = total = 0.0
     for pixel in pixels:
         for i in range(3 * pixel, 3 * pixel + 3):
@@ -143,8 +139,8 @@ def difference(rendered: array[float], reference: array[float], pixels: Iterable
     return math.sqrt(squares / total) if total > 0.0 else math.nan
 
 
-def signed_difference(rendered: array[float], expected: Analytic, surface: Surface, light: Light) -> dict[int, float]:
-    """Return, by pixel, the luminance error as a share of what a Lambert surface of the pixel's albedo shows when lit head on."""
+def signed_difference(rendered: array[float], expected: Analytic, surface: GBuffer, light: Light) -> dict[int, float]:
+    """Return, by pixel, the error of luminance divided by the luminance of Lambert with the pixel's albedo at normal incidence."""
     white = Lambert().radiance((0.0, 0.0, 1.0), (0.0, 0.0, 1.0), (0.0, 0.0, 1.0), 1.0) * light.irradiance
     difference = {}
     for k, pixel in enumerate(expected.pixels):

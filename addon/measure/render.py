@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measurement renders: one object under chosen lamps, without fill and bounces, every sample at the pixel's center."""
+"""Measurement renders: one object under given lights, without fill light and bounces, every sample at the pixel's center."""
 
 import math
 import tempfile
@@ -18,14 +18,14 @@ from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector as BlenderVector
 
 from ..blender import engines
-from .error import Light, Surface
+from .error import GBuffer, Light
 
 CENTER = 0.01  # pixels, the narrowest filter that Cycles has
-# An edge this near a pixel's center [pixels] may fall to either side of it: there the engines may see different surfaces. It shows
-# in a mean normal shorter than ONE_NORMAL (surfaces apart by over 5 degrees), a mean albedo other than the center's by ONE_PAINT,
-# or less than full alpha.
-EDGE, EDGE_SAMPLES, ONE_NORMAL, ONE_PAINT, COVERED = 0.1, 24, 0.999, 0.01, 0.999
-MARGIN = 2  # pixels around the object's outline, so that none is lost to rounding
+# With an edge nearer than EDGE [pixels] to a pixel's center the engines may see different surfaces. Around the center of a
+# measurable pixel the mean normal is at least MIN_NORMAL long (normals within 5 degrees), the mean albedo within MAX_ALBEDO_CHANGE
+# of that at the center, and the mean alpha at least MIN_ALPHA.
+EDGE, EDGE_SAMPLES, MIN_NORMAL, MAX_ALBEDO_CHANGE, MIN_ALPHA = 0.1, 24, 0.999, 0.01, 0.999
+MARGIN = 2  # pixels around the object's bounding box, against rounding
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Region:
 
 
 def region_of(scene: bpy.types.Scene, subject: bpy.types.Object) -> Region:
-    """Return the part of `scene`'s frame that holds `subject`, as its camera sees it."""
+    """Return the region of `scene`'s frame that contains `subject`, as its camera sees it."""
     width, height = scene.render.resolution_x, scene.render.resolution_y
     corners = [
         world_to_camera_view(scene, scene.camera, subject.matrix_world @ BlenderVector(corner)) for corner in subject.bound_box
@@ -56,10 +56,10 @@ def region_of(scene: bpy.types.Scene, subject: bpy.types.Object) -> Region:
 
 
 def crop(scene: bpy.types.Scene, region: Region) -> None:
-    """Make `scene` render `region` of its frame alone."""
+    """Restrict the renders of `scene` to `region`."""
     settings = scene.render
     settings.use_border = settings.use_crop_to_border = True
-    # Blender keeps the border as shares of the frame in 32-bit floats and cuts them down to pixels: aim past the pixel's edge.
+    # Blender stores the border as fractions of the frame in 32-bit floats and rounds down to pixels: aim past the pixel's edge.
     left, bottom = region.x + 0.25, region.y + 0.25
     settings.border_min_x, settings.border_max_x = left / settings.resolution_x, (left + region.width) / settings.resolution_x
     settings.border_min_y, settings.border_max_y = bottom / settings.resolution_y, (bottom + region.height) / settings.resolution_y
@@ -77,16 +77,16 @@ def cropped(scene: bpy.types.Scene) -> Region:
 
 @contextmanager
 def measurement_scene(
-    source: bpy.types.Scene, subject: bpy.types.Object, *lamps: bpy.types.Object, shadows: bool = False
+    source: bpy.types.Scene, subject: bpy.types.Object, *lights: bpy.types.Object, shadows: bool = False
 ) -> Generator[bpy.types.Scene]:
-    """Yield a scene with `source`'s camera, `subject` and copies of `lamps` alone, suns as points; `source` stays as it is."""
+    """Yield a scene with `source`'s camera, `subject` and copies of `lights`, suns of angle 0; `source` stays unchanged."""
     scene = bpy.data.scenes.new("True Diffuse Measurement")
-    copies = [bpy.data.objects.new("Measurement Lamp", lamp.data.copy()) for lamp in lamps]
-    for copy, lamp in zip(copies, lamps, strict=True):
+    copies = [bpy.data.objects.new("Measurement Light", light.data.copy()) for light in lights]
+    for copy, light in zip(copies, lights, strict=True):
         copy.data.use_shadow = shadows
         if copy.data.type == "SUN":
             copy.data.angle = 0.0
-        copy.matrix_world = lamp.matrix_world
+        copy.matrix_world = light.matrix_world
     for item in (subject, source.camera, *copies):
         scene.collection.objects.link(item)
     scene.camera = source.camera
@@ -100,16 +100,16 @@ def measurement_scene(
     scene.cycles.filter_width = CENTER
     scene.cycles.shading_system = source.cycles.shading_system
     scene.cycles.max_bounces = 0
-    scene.cycles.light_sampling_threshold = 0.0  # else dim light is dropped at random
+    scene.cycles.light_sampling_threshold = 0.0  # else dim lights are skipped at random
     scene.eevee.use_shadows = shadows
     scene.eevee.use_raytracing = False
     try:
         yield scene
     finally:
         for copy in copies:
-            light = copy.data
+            data = copy.data
             bpy.data.objects.remove(copy)
-            bpy.data.lights.remove(light)
+            bpy.data.lights.remove(data)
         bpy.data.scenes.remove(scene)
 
 
@@ -122,7 +122,7 @@ def openimageio() -> ModuleType:
 
 
 def read_exr(path: Path) -> dict[str, array[float]]:
-    """Return the channels of all parts of an OpenEXR file by name, rows from the top. Raises OSError where it cannot be read."""
+    """Return the channels of all parts of an OpenEXR file by name, rows from the top. Raises OSError where that fails."""
     oiio = openimageio()
     file = oiio.ImageInput.open(str(path))
     if file is None:
@@ -148,7 +148,7 @@ def _interleave(channels: dict[str, array[float]], name: str, components: str) -
 
 
 def interleaved(channels: dict[str, array[float]]) -> array[float]:
-    """Return the linear RGB of a picture's channels, three values a pixel."""
+    """Return the linear RGB of a render's channels, three values a pixel."""
     return _interleave(channels, "Combined", "RGB")
 
 
@@ -170,11 +170,11 @@ def _render(scene: bpy.types.Scene) -> tuple[float, dict[str, array[float]]]:
         return seconds, read_exr(path)
 
 
-def surface(scene: bpy.types.Scene, plain: bpy.types.Material) -> Surface:
-    """Return normal, position and albedo of every pixel of a measurement scene, which is of no other use afterwards.
+def g_buffer(scene: bpy.types.Scene, plain: bpy.types.Material) -> GBuffer:
+    """Return normal, position and albedo in every pixel of a measurement scene, which cannot be used afterwards.
 
-    Cycles renders them, in 32-bit floats, at the same pixel centers that either engine is measured at. `plain` is a Diffuse
-    material with the subject's albedo: Cycles' Normal pass is the mean of the closures' normals, so bent ones would show in it.
+    Cycles renders them in 32-bit floats at the pixel centers, where all engines are measured. `plain` is a Diffuse material with
+    the subject's albedo: Cycles' Normal pass is the mean of the closures' normals, and lobes have bent ones.
     """
     layer = scene.view_layers[0]
     layer.use_pass_normal = layer.use_pass_position = layer.use_pass_diffuse_color = True
@@ -188,39 +188,39 @@ def surface(scene: bpy.types.Scene, plain: bpy.types.Material) -> Surface:
     _, center = _render(scene)
     albedo = _interleave(center, "Diffuse Color", "RGB")
     measurable = bytearray(len(albedo) // 3)
-    for pixel, covered in enumerate(_interleave(around, "Combined", "A")):
+    for pixel, alpha in enumerate(_interleave(around, "Combined", "A")):
         rgb = slice(3 * pixel, 3 * pixel + 3)
         measurable[pixel] = (
-            covered >= COVERED
-            and math.hypot(*mean_normal[rgb]) >= ONE_NORMAL
-            and math.dist(mean_albedo[rgb], albedo[rgb]) <= ONE_PAINT
+            alpha >= MIN_ALPHA
+            and math.hypot(*mean_normal[rgb]) >= MIN_NORMAL
+            and math.dist(mean_albedo[rgb], albedo[rgb]) <= MAX_ALBEDO_CHANGE
         )
-    return Surface(_interleave(center, "Normal", "XYZ"), _interleave(center, "Position", "XYZ"), albedo, measurable)
+    return GBuffer(_interleave(center, "Normal", "XYZ"), _interleave(center, "Position", "XYZ"), albedo, measurable)
 
 
 def radiance(scene: bpy.types.Scene, engine: engines.Engine, samples: int, seed: int = 0) -> tuple[float, array[float]]:
-    """Return the seconds that the render of a measurement scene took, and its linear RGB radiance [W/(m^2 sr)].
+    """Return the seconds that a render of a measurement scene takes, and its linear RGB radiance [W/(m^2 sr)].
 
-    `seed`, 0 or more, gives the noise another pattern. EEVEE's goes by a pixel's place in the picture, so the picture gets so many
-    pixels more at the left, which are cut off again. Raises ValueError where EEVEE's frame has no room for them.
+    `seed`, 0 or more, changes the noise. EEVEE's depends on a pixel's position in the picture, so `seed` pixels are added at the
+    left and removed again. Raises ValueError where EEVEE's frame has no room for them.
     """
     engines.use(scene, engine, samples, seed)
-    region, more = cropped(scene), seed if engine is engines.EEVEE else 0
-    if more > region.x:
-        raise ValueError(f"a seed of {seed} needs as many pixels of the frame left of what is rendered, not {region.x}")
-    if more:
-        crop(scene, replace(region, x=region.x - more, width=region.width + more))
+    region, added = cropped(scene), seed if engine is engines.EEVEE else 0
+    if added > region.x:
+        raise ValueError(f"a seed of {seed} needs {seed} pixels of the frame left of the region, not {region.x}")
+    if added:
+        crop(scene, replace(region, x=region.x - added, width=region.width + added))
     seconds, channels = _render(scene)
     rgb = interleaved(channels)
-    if more:
+    if added:
         crop(scene, region)
-        wide = 3 * (region.width + more)
-        rgb = array("f", chain.from_iterable(rgb[row + 3 * more : row + wide] for row in range(0, len(rgb), wide)))
+        stride = 3 * (region.width + added)
+        rgb = array("f", chain.from_iterable(rgb[row + 3 * added : row + stride] for row in range(0, len(rgb), stride)))
     return seconds, rgb
 
 
 def mean_albedo(scene: bpy.types.Scene, samples: int) -> array[float]:
-    """Return the red albedo of every pixel of any scene's picture, rows from the top, as the pixel filter mixes it by Cycles."""
+    """Return the red albedo in every pixel of a scene's picture, rows from the top, with Cycles' pixel filter."""
     engines.use(scene, engines.CYCLES, samples)
     layer = scene.view_layers[0]
     layer.use_pass_diffuse_color = True
@@ -230,6 +230,6 @@ def mean_albedo(scene: bpy.types.Scene, samples: int) -> array[float]:
 
 
 def light_of(sun: bpy.types.Object) -> Light:
-    """Return the direction and irradiance of a white sun lamp; its Strength is the irradiance [W/m^2]."""
+    """Return the direction and irradiance of a white sun light, whose Strength is its irradiance [W/m^2]."""
     towards = sun.matrix_world.to_3x3() @ BlenderVector((0.0, 0.0, 1.0))
     return Light(tuple(towards.normalized()), sun.data.energy)

@@ -59,12 +59,12 @@ def visible_regions(stage: Face, progress: Progress) -> list[VisibleRegions]:
             progress.step(f"Regions  {head.look.label}", MEASUREMENT_WORK),
             render.measurement_scene(stage.scene, head.subject) as scene,
         ):
-            surface = render.surface(scene, stage.regions)
+            surface = render.g_buffer(scene, stage.regions)
         visible.append(VisibleRegions(head.look, _regions(surface, light)))
     return visible
 
 
-def _regions(surface: error.Surface, light: error.Light) -> dict[str, list[int]]:
+def _regions(surface: error.GBuffer, light: error.Light) -> dict[str, list[int]]:
     pixels: dict[str, list[int]] = {FRONT_LIT: []}
     for region in REGIONS[REGIONS.index("other skin") :]:
         pixels[region] = [

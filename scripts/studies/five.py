@@ -29,7 +29,7 @@ class Reference:
 
     character: Character
     region: render.Region
-    surface: error.Surface
+    surface: error.GBuffer
     distance: array[float]
     expected: error.Analytic
     lambert: error.Analytic
@@ -59,7 +59,7 @@ def references(stage: FiveCharacters, progress: Progress) -> list[Reference]:
             progress.step(f"Analytic  {character.look.label}", MEASUREMENT_WORK),
             render.measurement_scene(stage.scene, character.subject, stage.key) as scene,
         ):
-            surface = render.surface(scene, stage.plain)
+            surface = render.g_buffer(scene, stage.plain)
             region = render.region_of(stage.scene, character.subject)
             if len(surface.measurable) != region.width * region.height:
                 raise RuntimeError(f"the render of {character.look.label} does not have the size of its region")

@@ -119,7 +119,7 @@ def rendered(sphere: SphereUnderSun, case: Case, degrees: float, file: Path, pre
     return error.errors(rgb, expected, lambert).rms
 
 
-def _without_rim(surface: error.Surface, width: int) -> error.Surface:
+def _without_rim(surface: error.GBuffer, width: int) -> error.GBuffer:
     """Return `surface` without the pixels beside one that is not measurable: Storm smooths edges."""
     good = surface.measurable
     around = [row * width + column for row in (-1, 0, 1) for column in (-1, 0, 1)]
