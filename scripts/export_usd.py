@@ -34,7 +34,7 @@ def main() -> int:
 
 
 def parse(arguments: list[str]) -> Namespace:
-    """Return the options; ends the process with one line and status 2 where they make no sense."""
+    """Return the options; ends the process with one line and status 2 where they are invalid."""
     parser = Parser(prog="export_usd.py", description=__doc__.splitlines()[0])
     parser.add_argument("--scene", default="five", metavar="WHAT", help="five, face, or a .blend file (default: five)")
     parser.add_argument("--character", default="human", metavar="WHO", help="of five and face, as in compare.py (default: human)")
@@ -66,12 +66,12 @@ def export(options: Namespace, output: OutputFolder, terminal: Terminal) -> None
 
     usd.register()
     with terminal.progress(2.0) as progress:
-        with progress.step(f"Making ready {options.scene}", 1.0):
+        with progress.step(f"Preparing {options.scene}", 1.0):
             scene = _scene(options)
-            shown = _showing(scene, options.material)
+            exported = _with_material(scene, options.material)
         for item in bpy.context.view_layer.objects:
-            item.select_set(item in shown)
-        with progress.step(f"Writing {len(shown)} objects", 1.0):
+            item.select_set(item in exported)
+        with progress.step(f"Writing {len(exported)} objects", 1.0):
             file = output.folder / options.out.name
             try:
                 bpy.ops.wm.usd_export(filepath=str(file), selected_objects_only=options.material is not None)
@@ -86,7 +86,7 @@ def export(options: Namespace, output: OutputFolder, terminal: Terminal) -> None
 
 
 def _scene(options: Namespace) -> "bpy.types.Scene":
-    """Return the scene asked for, shown in the window: the exporter takes that one."""
+    """Return the scene to export, made the window's, which is the one that the exporter writes."""
     import bpy
 
     if options.scene not in BUILT:
@@ -110,21 +110,21 @@ def _scene(options: Namespace) -> "bpy.types.Scene":
     return scene
 
 
-def _showing(scene: "bpy.types.Scene", material: str | None) -> list["bpy.types.Object"]:
-    """Return the objects that have the material of that name, or all. Raises BadInput where none has it."""
+def _with_material(scene: "bpy.types.Scene", material: str | None) -> list["bpy.types.Object"]:
+    """Return the objects with the material of that name, or all for None. Raises BadInput where none has it."""
     if material is None:
         return list(scene.objects)
-    shown = [
+    exported = [
         item for item in scene.objects if any(slot.material and slot.material.name == material for slot in item.material_slots)
     ]
-    if not shown:
+    if not exported:
         names = sorted({slot.material.name for item in scene.objects for slot in item.material_slots if slot.material})
         raise BadInput(f"no object has the material {material!r}; there are {', '.join(names) or 'none'}")
-    return shown
+    return exported
 
 
 def _publish_textures(output: OutputFolder) -> list[str]:
-    """Move the textures to a folder beside the final file, which may have others in it; returns their names."""
+    """Move the textures to a folder beside the final file, which may hold others; return their names."""
     folder = output.folder / "textures"
     if not folder.is_dir():
         return []

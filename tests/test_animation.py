@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Keyed sigma, albedo and lamps over a film: its frames are the stills of their values, in every mode; noise does not flicker."""
+"""Keyframed sigma, albedo and lights: frames equal the stills of their values at every quality; noise does not flicker."""
 
 from dataclasses import astuple
 
@@ -13,22 +13,23 @@ from true_diffuse.scripts.studies import animation
 ROUNDING = {"cycles": 1e-5, "eevee": 2.0**-10, "realtime": 1e-5}
 
 
-def test_film_goes_evenly_from_start_to_end() -> None:
-    middle = animation.moment(animation.SLOW // 2, animation.SLOW - 1)
-    assert astuple(animation.moment(1)) == astuple(animation.START)
-    assert astuple(animation.moment(animation.LENGTH)) == pytest.approx(astuple(animation.END))
+def test_values_go_linearly_from_start_to_end() -> None:
+    middle = animation.values_at(animation.SLOW // 2, animation.SLOW - 1)
+    assert astuple(animation.values_at(1)) == astuple(animation.START)
+    assert astuple(animation.values_at(animation.LENGTH)) == pytest.approx(astuple(animation.END))
     halves = [(a + b) / 2.0 for a, b in zip(astuple(animation.START), astuple(animation.END), strict=True)]
     assert astuple(middle) == pytest.approx(halves)
 
 
 @pytest.mark.render
 @pytest.mark.parametrize(
-    "mode", ["Balanced", "Exact for Chosen Lights", *(pytest.param(mode, marks=pytest.mark.slow) for mode in ("Fast", "Precise"))]
+    "quality",
+    ["Balanced", "Exact for Chosen Lights", *(pytest.param(quality, marks=pytest.mark.slow) for quality in ("Fast", "Precise"))],
 )
-def test_keyed_frames_are_the_stills_of_their_values(mode: str, engine) -> None:
-    if engine.key == "cycles" and mode in ("Fast", "Precise"):
-        pytest.skip("Cycles renders it as Lobes")
-    assert animation.keyed_difference(mode, engine, samples=2, size=24, frames=(8, animation.LENGTH)) < ROUNDING[engine.key]
+def test_keyed_frames_are_the_stills_of_their_values(quality: str, engine) -> None:
+    if engine.key == "cycles" and quality in ("Fast", "Precise"):
+        pytest.skip("Cycles renders it as Balanced")
+    assert animation.keyed_difference(quality, engine, samples=2, size=24, frames=(8, animation.LENGTH)) < ROUNDING[engine.key]
 
 
 @pytest.mark.render
@@ -42,7 +43,7 @@ def test_keyed_frames_of_realtime_are_the_stills_of_their_values(eevee_runs_here
 @pytest.mark.slow
 @pytest.mark.render
 def test_noise_does_not_flicker(engine) -> None:
-    seen = animation.flicker("Balanced", engine, samples=4, size=32)
-    assert seen.noise > 2e-3  # there is some, beyond EEVEE's rounding
-    assert seen.still == 0.0  # the same random numbers in every frame
-    assert 0.0 < seen.moving < seen.noise
+    flicker = animation.flicker("Balanced", engine, samples=4, size=32)
+    assert flicker.noise > 2e-3  # there is some, beyond EEVEE's rounding
+    assert flicker.still == 0.0  # the same random numbers in every frame
+    assert 0.0 < flicker.moving < flicker.noise

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shader code that MaterialX's own library generates from the networks in USD files, and what its GLSL evaluates to.
+"""Shader code that MaterialX's own library generates from the networks in USD files, and the radiance that its GLSL gives.
 
-For a process without Blender, which has copies of its own of OpenUSD and MaterialX, without the generators of OSL and MDL.
+Runs in a process without Blender, whose bundled MaterialX lacks the generators of OSL and MDL.
 """
 
 from array import array
@@ -24,11 +24,9 @@ GENERATORS = {
     "OSL": mx_osl.OslShaderGenerator,
     "MDL": mx_mdl.MdlShaderGenerator,
 }
-
-
 DRIVER: Any = {"backend": "egl", "libgl": "libGL.so.1", "libegl": "libEGL.so.1"}
 WIDTH = 64  # pixels in a row of the target
-# In the place of the generated vertex shader: a point for each pixel, the viewer at the origin.
+# Replaces the generated vertex shader: a point for each pixel, the viewer at the origin.
 VERTEX = """#version 400
 in vec2 pixel;
 in vec3 normal;
@@ -53,43 +51,43 @@ def library() -> mx.Document:
 
 
 def document(material: UsdShade.Material, standard: mx.Document) -> mx.Document:
-    """Return the MaterialX network of `material` as a document on top of the `standard` libraries.
+    """Return the MaterialX network of `material` as a document that includes the `standard` libraries.
 
-    Raises KeyError for a shader or an input that they do not have.
+    Raises KeyError for a shader or an input that they lack.
     """
-    made = mx.createDocument()
-    made.importLibrary(standard)
+    network = mx.createDocument()
+    network.importLibrary(standard)
     surface = material.GetSurfaceOutput("mtlx").GetConnectedSources()[0][0].source.GetPrim()
     for prim in surface.GetParent().GetChildren():
         shader = UsdShade.Shader(prim)
         if shader and shader.GetShaderId().startswith("ND_"):
-            _node(made, shader)
-    made.addMaterialNode(MATERIAL, made.getNode(surface.GetName()))
-    return made
+            _node(network, shader)
+    network.addMaterialNode(MATERIAL, network.getNode(surface.GetName()))
+    return network
 
 
-def _node(made: mx.Document, shader: UsdShade.Shader) -> None:
-    definition = made.getNodeDef(shader.GetShaderId())
+def _node(network: mx.Document, shader: UsdShade.Shader) -> None:
+    definition = network.getNodeDef(shader.GetShaderId())
     if definition is None:
         raise KeyError(shader.GetShaderId())
-    node = made.addNode(definition.getNodeString(), shader.GetPrim().GetName(), definition.getType())
+    node = network.addNode(definition.getNodeString(), shader.GetPrim().GetName(), definition.getType())
     node.setNodeDefString(definition.getName())
-    for given in shader.GetInputs():
-        declared = definition.getInput(given.GetBaseName())
+    for usd_input in shader.GetInputs():
+        declared = definition.getInput(usd_input.GetBaseName())
         if declared is None:
-            raise KeyError(f"{shader.GetShaderId()}.{given.GetBaseName()}")
-        socket = node.addInput(given.GetBaseName(), declared.getType())
-        sources = given.GetConnectedSources()[0]
-        if sources:
-            socket.setNodeName(sources[0].source.GetPrim().GetName())
+            raise KeyError(f"{shader.GetShaderId()}.{usd_input.GetBaseName()}")
+        socket = node.addInput(usd_input.GetBaseName(), declared.getType())
+        connections = usd_input.GetConnectedSources()[0]
+        if connections:
+            socket.setNodeName(connections[0].source.GetPrim().GetName())
         else:
-            socket.setValueString(_text(given.Get()))
-        if given.GetAttr().HasColorSpace():
-            socket.setColorSpace(given.GetAttr().GetColorSpace())
+            socket.setValueString(_text(usd_input.Get()))
+        if usd_input.GetAttr().HasColorSpace():
+            socket.setColorSpace(usd_input.GetAttr().GetColorSpace())
 
 
 def _text(value: object) -> str:
-    """Return a value as MaterialX writes it."""
+    """Return a USD value in MaterialX's text form."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, (str, int, float)):
@@ -99,27 +97,27 @@ def _text(value: object) -> str:
     return ", ".join(map(str, value))
 
 
-def generate(made: mx.Document, target: str) -> mx_gen.Shader:
-    """Return the code that MaterialX generates from a document for a `target` of GENERATORS; in GLSL for one directional light."""
+def generate(network: mx.Document, target: str) -> mx_gen.Shader:
+    """Return the shader that MaterialX generates for a `target` of GENERATORS; GLSL is for one directional light."""
     generator = GENERATORS[target].create()
     context = mx_gen.GenContext(generator)
     context.registerSourceCodeSearchPath(mx.getDefaultDataSearchPath())
-    generator.registerTypeDefs(made)
+    generator.registerTypeDefs(network)
     color = mx_gen.DefaultColorManagementSystem.create(generator.getTarget())
-    color.loadLibrary(made)
+    color.loadLibrary(network)
     generator.setColorManagementSystem(color)
     options = context.getOptions()
     options.targetColorSpaceOverride = "lin_rec709"
     options.hwMaxActiveLightSources = 1
     if target == "GLSL":
-        mx_gen.HwShaderGenerator.bindLightShader(made.getNodeDef("ND_directional_light"), 1, context)
-    return generator.generate(MATERIAL, made.getNode(MATERIAL), context)
+        mx_gen.HwShaderGenerator.bindLightShader(network.getNodeDef("ND_directional_light"), 1, context)
+    return generator.generate(MATERIAL, network.getNode(MATERIAL), context)
 
 
 def evaluate(pixel_shader: str, light: Vector, rows: Sequence[tuple[Vector, Vector]]) -> list[Vector]:
-    """Return the radiance [W/(m^2 sr)] that generated GLSL gives for each (N, V) of `rows`, all under one light towards `light`.
+    """Return the radiance [W/(m^2 sr)] that generated GLSL gives for each (N, V) of `rows` under a light of 1 W/m^2 from `light`.
 
-    E0 is 1 W/m^2; rows are whole multiples of WIDTH. Raises moderngl.Error where there is no driver or it does not compile.
+    The number of rows is a multiple of WIDTH. Raises moderngl.Error where there is no driver or the shader does not compile.
     """
     context = moderngl.create_context(standalone=True, **DRIVER)
     block = pixel_shader.split("in VertexData", 1)[1].split("vd;", 1)[0]

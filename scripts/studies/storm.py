@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders a USD stage with Hydra Storm, OpenUSD's own rasterizer, as Blender's copy of OpenUSD has it. Needs a graphics driver."""
+"""Renders a USD stage with Hydra Storm, the rasterizer in Blender's copy of OpenUSD. Needs a graphics driver."""
 
 from array import array
 from contextlib import suppress
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 
 def radiance(stage: "Usd.Stage", camera: "UsdGeom.Camera", size: int) -> array[float]:
-    """Return linear RGB [W/(m^2 sr)] of every pixel of a square picture as `camera` sees it, rows from the top.
+    """Return the linear RGB radiance [W/(m^2 sr)] of a square picture of `size` pixels from `camera`, rows from the top.
 
-    Within a pixel of an edge Storm mixes what is on either side. It takes a distant light's intensity for E0 on a plane that faces
-    it [W/m^2], and an orthographic camera for a perspective one where shading needs the viewer.
+    Storm blends both sides of an edge within a pixel, takes a distant light's intensity for its irradiance [W/m^2] on a plane
+    facing it, and treats an orthographic camera as a perspective one where shading needs the viewer.
     """
     from pxr import CameraUtil, Gf, Tf, UsdImagingGL
 
@@ -38,9 +38,9 @@ def radiance(stage: "Usd.Stage", camera: "UsdGeom.Camera", size: int) -> array[f
         parameters.colorCorrectionMode = "disabled"
         parameters.clearColor = Gf.Vec4f(0.0, 0.0, 0.0, 0.0)
         parameters.enableSampleAlphaToCoverage = False
-        with suppress(Tf.ErrorException):  # it complains of a GL error that others in this context left behind, having rendered
+        with suppress(Tf.ErrorException):  # it reports GL errors that others left in this context, after rendering
             engine.Render(stage.GetPseudoRoot(), parameters)
         rows = framebuffer.read_color(0, 0, size, size, 4, 0, "FLOAT").to_list()
-        del engine  # while its context is the current one
+        del engine  # while its context is current
     target.free()
     return array("f", (value for row in reversed(rows) for pixel in row for value in pixel[:3]))
