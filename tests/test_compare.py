@@ -86,8 +86,8 @@ def test_comparison_end_to_end(tmp_path: Path, eevee_runs_here: bool) -> None:
         # Realtime has the models themselves; its surfaces are those of Cycles but for the place in a filter 0.01 pixels wide. From
         # pixel to pixel a head's normal turns by 1/30, so in the filter's standard deviation of 0.003 pixels by 1e-4.
         assert all(record["rms_error"] <= 1e-4 for (engine, _), record in records.items() if engine == "realtime")
-        held = {(one["name"], one["osl"], one["mode"]): one["rms_difference"] for one in document["realtime_from_cycles"]}
-        between = {name: difference for (name, osl, mode), difference in held.items() if not osl and mode is None}
+        held = {(one["name"], one["osl"], one["quality"]): one["rms_difference"] for one in document["realtime_from_cycles"]}
+        between = {name: difference for (name, osl, quality), difference in held.items() if not osl and quality is None}
         # so that from Cycles it is as far as Cycles is from the models
         assert between == {name: pytest.approx(records["cycles", name]["rms_error"], abs=1e-4) for name in between}
         assert max(between[name] for name in between if name != "specular") <= 0.005

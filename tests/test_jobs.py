@@ -178,7 +178,7 @@ def test_realtime_and_cycles_are_held_against_each_other_whoever_did_which(tmp_p
         assert done.returncode == 0, done.stdout + done.stderr
     assert script("task.py", "collect", job, cwd=tmp_path).returncode == 0
     assert records(job / "output") == records(tmp_path / "out")
-    compared = {(one["name"], one["osl"], one["mode"]) for one in records(job / "output") if "rms_difference" in one}
+    compared = {(one["name"], one["osl"], one["quality"]) for one in records(job / "output") if "rms_difference" in one}
     rough = ("lambert", "oren_nayar_0.2")  # the standard specular has no shader in OSL
     specular = {("specular", False, mode) for mode in (None, "Exact for Chosen Lights")}
     assert compared == specular | {(name, osl, None) for name in rough for osl in (False, compiles_osl())}

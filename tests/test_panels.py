@@ -293,7 +293,7 @@ def report(folder: Path, **environment_of: object) -> Path:
             "kind": "ours",
             "group": "rough_diffuse",
             "model": "Oren-Nayar",
-            "mode": mode,
+            "quality": mode,
             "sigma": 0.33,
             "points": [{"samples": samples, "error": floor} for samples in (4, 64)],
             "floor": floor,

@@ -54,12 +54,25 @@ def test_killed_study_goes_on_from_what_it_has(tmp_path: Path) -> None:
     assert len(done) >= 1 and 1 <= high.count(1234.0) <= len(done)
     assert high.count(1234.0) >= len({tuple(line["key"][:5]) for line in done})  # all of them, repeats of one point together
 
-    assert document["version"] == 1 and document["options"] == {"quick": True, "engines": ["cycles"], "scenes": ["sphere"]}
+    assert document["version"] == 2 and document["options"] == {"quick": True, "engines": ["cycles"], "scenes": ["sphere"]}
     labels = {curve["label"] for curve in curves}
-    assert {"Rough Diffuse, Lobes", "Rough Diffuse, Lamps", "Diffuse BSDF", "Principled BSDF", "Lambert"} <= labels
-    floors = {curve["label"]: curve["floor"] for curve in curves}
-    # lamps are exact but for the pixel filter; the project's lobes are within 1 %; Lambert is off by the model's whole effect
-    assert floors["Rough Diffuse, Lamps"] < 0.001 < floors["Rough Diffuse, Lobes"] < 0.01 < 0.1 < floors["Lambert"]
+    assert {
+        "Rough Diffuse, Balanced",
+        "Rough Diffuse, Exact for Chosen Lights",
+        "Diffuse BSDF",
+        "Principled BSDF",
+        "Lambert",
+    } <= labels
+    floors = {curve["label"].removeprefix("Rough Diffuse, "): curve["floor"] for curve in curves}
+    # chosen lights are exact but for the pixel filter; lobes are within 1 %; Lambert is off by the model's whole effect
+    assert (
+        floors["Rough Diffuse, Exact for Chosen Lights"]
+        < 0.001
+        < floors["Rough Diffuse, Balanced"]
+        < 0.01
+        < 0.1
+        < floors["Lambert"]
+    )
     for curve in curves:
         assert curve["reference"] == "analytic" and curve["reference_error"] == 0.0 and curve["slope"] is None
         assert [point["samples"] for point in curve["points"]] == [1, 4, 16, 64]
@@ -84,7 +97,7 @@ def test_realtime_is_a_contestant_and_can_be_picked(tmp_path: Path, eevee_runs_h
     assert curves["sphere", "Diffuse BSDF (Lambert)"]["floor"] > 0.1  # what is not ours is Lambert's
     assert {one["label"] for one in document["recommendations"] if one["scene"] == "sphere"} == {"Rough Diffuse"}
     choice = choose(document, "sphere", "realtime", "Oren-Nayar", 0.001, roughness=0.33)
-    assert (choice.mode, choice.samples, choice.way) == (None, 1, "GLSL")
+    assert (choice.quality, choice.samples, choice.way) == (None, 1, "GLSL")
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ def curve(quality: str, floor: float, noise: float | None, fixed: float, per_sam
         "kind": "ours",
         "group": "rough_diffuse",
         "model": "Oren-Nayar",
-        "mode": quality,
+        "quality": quality,
         "sigma": 0.33,
         "points": points,
         "floor": floor,
@@ -43,7 +43,7 @@ def curve(quality: str, floor: float, noise: float | None, fixed: float, per_sam
 
 
 def report(*curves: dict[str, Any]) -> dict[str, Any]:
-    return {"version": 1, "environment": HERE, "curves": list(curves)}
+    return {"version": 2, "environment": HERE, "curves": list(curves)}
 
 
 NOISY = curve("Balanced", 0.01, 0.2, 1.0, 0.1)
@@ -123,7 +123,7 @@ def test_unmeasured_model_raises_and_names_the_measured_ones() -> None:
 
 
 def test_engine_without_qualities_gets_a_sample_count() -> None:
-    realtime = curve("", 1e-5, 0.02, 0.1, 0.01, engine="realtime") | {"mode": None}
+    realtime = curve("", 1e-5, 0.02, 0.1, 0.01, engine="realtime") | {"quality": None}
     # 0.02 / sqrt(n) <= sqrt(0.005^2 - 1e-10) from n = 16 + 6e-5 on
     choice = choose(report(NOISY, realtime), "five", "realtime", "Oren-Nayar", 0.005)
     assert (choice.quality, choice.samples) == (None, 17)
@@ -147,7 +147,7 @@ def test_report_of_this_environment_is_read(tmp_path: Path) -> None:
         ("", HERE, "cannot be read"),
         ("{", HERE, "cannot be read"),
         ("[]", HERE, "no report of this version"),
-        ('{"version": 2, "curves": [1]}', HERE, "no report of this version"),
+        ('{"version": 1, "curves": [1]}', HERE, "no report of this version"),
     ],
 )
 def test_unusable_report_raises(text: str | None, environment: dict[str, Any], message: str, tmp_path: Path) -> None:

@@ -86,7 +86,7 @@ def test_pareto_front_keeps_what_nothing_beats() -> None:
 
 def unit(label: str, samples: int, repeat: int, seconds: float, wrong: float, **other: object) -> dict[str, object]:
     identity = {"scene": "sphere", "engine": "cycles", "osl": False, "label": label, "kind": "ours", "group": "rough_diffuse"}
-    identity |= {"model": "Oren-Nayar", "mode": "Balanced", "sigma": 0.33, "target": "Oren-Nayar", "reference": "analytic"}
+    identity |= {"model": "Oren-Nayar", "quality": "Balanced", "sigma": 0.33, "target": "Oren-Nayar", "reference": "analytic"}
     return identity | {"samples": samples, "repeat": repeat, "seconds": seconds, "error": wrong} | other
 
 

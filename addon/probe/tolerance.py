@@ -17,10 +17,10 @@ from typing import Any
 from ..closures.quality import CHOSEN_LIGHTS
 from ..measure.record import LABELS
 
-VERSION = 1
+VERSION = 2
 SAME = ("machine", "blender")  # keys of the environment that must agree: times of another machine or Blender do not apply
 EXACT = "sphere"  # the scene whose reference is the model's formula
-VARIANT = ("kind", "engine", "osl", "group", "model", "mode", "sigma")  # keys that identify a variant
+VARIANT = ("kind", "engine", "osl", "group", "model", "quality", "sigma")  # keys that identify a variant
 MAKE = "run scripts/report.py"
 
 type Curve = Mapping[str, Any]
@@ -133,7 +133,7 @@ def _curves(
         if not above:
             raise ToleranceError(f"The report has {model} up to a roughness of {max(measured):g}, not {roughness:.3g}")
         known = [curve for curve in known if curve["sigma"] in (None, min(above))]
-    allowed = [curve for curve in known if curve["mode"] not in excluded and osl in (None, bool(curve["osl"]))]
+    allowed = [curve for curve in known if curve["quality"] not in excluded and osl in (None, bool(curve["osl"]))]
     if not allowed:
         raise ToleranceError(f"The report has {model} in {LABELS[engine]} only with qualities that are excluded")
     return allowed
@@ -169,7 +169,7 @@ class _Variant:
         curve = self.curve
         seconds = curve["seconds_fixed"] + curve["seconds_per_sample"] * samples
         error = math.hypot(self.exact["floor"], self.noise(samples))
-        return Choice(curve["engine"], curve["model"], curve["mode"], samples, bool(curve["osl"]), seconds, error)
+        return Choice(curve["engine"], curve["model"], curve["quality"], samples, bool(curve["osl"]), seconds, error)
 
     @property
     def floor_high(self) -> float:

@@ -53,7 +53,7 @@ def forms(progress: Progress) -> Iterator[Record]:
     for form in (*FORMS, safe):
         spent = (median(seconds[form]) - loop) / (SIZE * SIZE * EVALUATIONS)
         yield {
-            "home": "glsl",
+            "target": "glsl",
             "form": form.name,
             "operations": None if form is safe else form.operations(),
             "nanoseconds": 1e9 * spent,
@@ -100,15 +100,15 @@ class Look:
     """A material of the group, and where it is timed."""
 
     engine: Engine
-    mode: str
+    quality: str
     model: str
     shadows: bool = True
     osl: bool = False
 
 
 LOOKS = (
-    *(Look(EEVEE, mode, "Oren-Nayar", shadows=False) for mode in (FAST, BALANCED, PRECISE, CHOSEN_LIGHTS)),
-    *(Look(EEVEE, mode, "Oren-Nayar") for mode in (FAST, BALANCED)),
+    *(Look(EEVEE, quality, "Oren-Nayar", shadows=False) for quality in (FAST, BALANCED, PRECISE, CHOSEN_LIGHTS)),
+    *(Look(EEVEE, quality, "Oren-Nayar") for quality in (FAST, BALANCED)),
     *(Look(CYCLES, BALANCED, model) for model in ("Oren-Nayar", "Fujii", "EON", "Cycles Diffuse")),
     Look(CYCLES, CHOSEN_LIGHTS, "Oren-Nayar"),
     Look(CYCLES, BALANCED, "Oren-Nayar", osl=True),
@@ -142,16 +142,16 @@ def groups(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine],
         for scene, sun, seconds_of in ((sphere.scene, sphere.sun, of_sphere), (five.scene, five.key, of_five)):
             chosen_lights.choose([sun])
             scene.cycles.shading_system = look.osl
-            material = materials.create(look.mode, ROUGH_DIFFUSE, Model=look.model, Quality=look.mode, Roughness=SIGMA)
+            material = materials.create(look.quality, ROUGH_DIFFUSE, Model=look.qualityl, Quality=look.quality, Roughness=SIGMA)
             where = "sphere" if scene is sphere.scene else "five characters"
-            with progress.step(f"{look.engine.label}  {look.mode}  {look.model}  {where}", 1.0):
+            with progress.step(f"{look.engine.label}  {look.quality}  {look.qualityl}  {where}", 1.0):
                 mine, theirs = _in_turns(seconds_of, material, own)
             yield {
                 "scene": where,
-                "home": "osl" if look.osl else "nodes",
+                "target": "osl" if look.osl else "nodes",
                 "engine": look.engine.key,
-                "mode": look.mode,
-                "model": look.model,
+                "quality": look.quality,
+                "model": look.qualityl,
                 "shadows": look.shadows,
                 "render_seconds": median(mine),
                 "own_seconds": median(theirs),
@@ -181,7 +181,7 @@ def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, .
             operations = "-" if record["operations"] is None else str(record["operations"])
             rows.append(("GLSL", record["form"], operations, f"{record['nanoseconds']:.2f} ns", ""))
         else:
-            what = f"{record['mode']}, {record['model']}{', OSL' if record['home'] == 'osl' else ''}"
+            what = f"{record['quality']}, {record['model']}{', OSL' if record['target'] == 'osl' else ''}"
             shadows = "shadows" if record["shadows"] else "no shadows"
             where = f"{record['engine']}, {record['scene']}"
             rows.append((where, what, shadows, f"{record['render_seconds']:.2f} s", f"{record['ratio']:.2f}"))

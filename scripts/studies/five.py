@@ -231,11 +231,11 @@ def record(measurement: Measurement, albedo: float) -> Record:
 class CyclesReference:
     """One character in Cycles: `osl`, `samples` and `rgb` as in `Measurement`; `pixels` are the measured ones.
 
-    `mode` is the group's Quality where it is not the picture's.
+    `quality` is the group's where it is not the picture's.
     """
 
     osl: bool
-    mode: str | None
+    quality: str | None
     samples: int
     pixels: Sequence[int]
     rgb: array[float]
@@ -247,7 +247,7 @@ def realtime_difference(realtime: array[float], cycles: CyclesReference) -> Reco
     `rms_difference` is relative to the RMS of Cycles, None where that is black.
     """
     difference = error.difference(realtime, cycles.rgb, cycles.pixels)
-    reference = {"osl": cycles.osl, "mode": cycles.mode, "samples": cycles.samples}
+    reference = {"osl": cycles.osl, "quality": cycles.quality, "samples": cycles.samples}
     return {**reference, "pixels": len(cycles.pixels), "rms_difference": known(difference)}
 
 
@@ -265,7 +265,7 @@ def realtime_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tup
 
 def reference_name(item: Record) -> str:
     """Return the name of the reference of a record of `realtime_difference`."""
-    return f"Cycles{' with OSL' * item['osl']}{f', {item["mode"]}' if item['mode'] else ''}"
+    return f"Cycles{' with OSL' * item['osl']}{f', {item["quality"]}' if item['quality'] else ''}"
 
 
 def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:

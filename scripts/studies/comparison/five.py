@@ -128,7 +128,7 @@ class Renderer(base.Renderer[JobSpec]):
                 if spec.compares_osl and compiles_osl():
                     takes += [(None, take) for take in five.measure_osl(only, seen, progress)]
                 takes += [(CHOSEN_LIGHTS, take) for take in five.measure_chosen_lights(only, seen, measured.samples, progress)]
-            record["takes"] = [{"osl": take.osl, "mode": mode, "samples": take.samples} for mode, take in takes]
+            record["takes"] = [{"osl": take.osl, "quality": quality, "samples": take.samples} for quality, take in takes]
             files |= {f"{k}.f32": take.rgb.tobytes() for k, (_, take) in enumerate(takes)}
             files["i32"] = array("i", measured.reference.expected.pixels).tobytes()
         return record, files
@@ -178,6 +178,6 @@ def _from_cycles(item: WorkItem, outcomes: Outcomes) -> Iterator[Record]:
     realtime, pixels = array("f", outcomes.read(item.name, "0.f32")), array("i", outcomes.read(cycles, "i32"))
     for k, take in enumerate(outcomes.record(cycles)["takes"]):
         rgb = array("f", outcomes.read(cycles, f"{k}.f32"))
-        reference = five.CyclesReference(take["osl"], take["mode"], take["samples"], pixels, rgb)
+        reference = five.CyclesReference(take["osl"], take["quality"], take["samples"], pixels, rgb)
         difference = five.realtime_difference(realtime, reference)
         yield {"character": item.character, "frame": item.frame, "name": item.look, **difference}

@@ -10,7 +10,7 @@ from true_diffuse.scripts.studies.work_precision import fit
 
 TOLERANCES = (0.05, 0.02, 0.01, 0.005)
 # What makes two measured figures of one kind of curve
-IDENTITY = ("scene", "engine", "osl", "label", "kind", "group", "model", "mode", "sigma", "target", "reference")
+IDENTITY = ("scene", "engine", "osl", "label", "kind", "group", "model", "quality", "sigma", "target", "reference")
 
 
 def curves(units: Iterable[Record], first: Iterable[Record], noise: Mapping[str, float]) -> list[Record]:
@@ -116,7 +116,7 @@ def glsl(record: Record, model: str, sigma: float) -> Record:
     to = {f"{tolerance:g}": seconds if error < tolerance else None for tolerance in TOLERANCES}
     return {
         **{"scene": record["scene"], "engine": "glsl", "osl": False, "label": "GLSL", "kind": "ours", "group": "rough_diffuse"},
-        **{"model": model, "mode": None, "sigma": sigma, "target": model, "reference": "analytic", "reference_error": 0.0},
+        **{"model": model, "quality": None, "sigma": sigma, "target": model, "reference": "analytic", "reference_error": 0.0},
         "points": [point],
         **{"floor": error, "floor_uncertainty": None, "slope": None, "slope_uncertainty": None, "noise": None},
         **{"seconds_fixed": seconds, "seconds_per_sample": 0.0, "seconds_to": to, "first_seconds": None},

@@ -11,8 +11,21 @@ from true_diffuse.scripts.studies.work_precision import claims, curves, page, ru
 from true_diffuse.scripts.studies.work_precision.journal import Notes
 from true_diffuse.scripts.studies.work_precision.variants import SIGMA
 
-VERSION = 1  # of report.json
-COLUMNS = ("scene", "engine", "osl", "label", "kind", "group", "model", "mode", "sigma", "target", "reference", "reference_error")
+VERSION = 2  # of report.json
+COLUMNS = (
+    "scene",
+    "engine",
+    "osl",
+    "label",
+    "kind",
+    "group",
+    "model",
+    "quality",
+    "sigma",
+    "target",
+    "reference",
+    "reference_error",
+)
 
 
 def options(quick: bool, engines: Sequence[str], scenes: Sequence[str], character: str) -> Record:
@@ -45,9 +58,9 @@ def files(about: Record, journal: Notes) -> tuple[dict[str, str], list[str]]:
     return texts, [f"{one['scene']}, {one['engine']}: {one['text']}" for one in document["recommendations"]]
 
 
-def table(curves: Sequence[Record]) -> str:
+def table(found: Sequence[Record]) -> str:
     """Return the points of all curves as CSV."""
-    rows = [{**{name: curve[name] for name in COLUMNS}, **point} for curve in curves for point in curve["points"]]
+    rows = [{**{name: curve[name] for name in COLUMNS}, **point} for curve in found for point in curve["points"]]
     text = io.StringIO()
     writer = csv.DictWriter(text, list(rows[0]) if rows else COLUMNS, lineterminator="\n")
     writer.writeheader()

@@ -226,7 +226,7 @@ class Five(TestScene):
     def select(used: Sequence[Engine], quick: bool) -> list[Variant]:
         slow = (PRECISE, CHOSEN_LIGHTS) if quick else ()
         everyone = rough(used, True, sunlit=True)
-        return [one for one in everyone if not (one.is_duplicate or (one.engine is EEVEE and one.mode in slow))]
+        return [one for one in everyone if not (one.is_duplicate or (one.engine is EEVEE and one.quality in slow))]
 
     def __init__(self, used: Sequence[Engine], quick: bool, mesh: bpy.types.Mesh, bust: bool = True) -> None:
         self.built = five_characters.build(mesh, ALBEDO, bust, FIVE)
@@ -239,7 +239,7 @@ class Five(TestScene):
         self.ladders = {EEVEE.key: eevee, CYCLES.key: cycles, REALTIME.key: realtime}
         self.costs = {EEVEE.key: Cost(1.6, 0.5, 4.0), CYCLES.key: Cost(0.25, 0.02, 0.2), REALTIME.key: Cost(0.8, 0.2, 0.3)}
         self.reference_samples = 256 if quick else 2048
-        found = [one for one in rough((CYCLES,), True, sunlit=False) if one.mode == BALANCED]
+        found = [one for one in rough((CYCLES,), True, sunlit=False) if one.quality == BALANCED]
         self.chosen = found[-1]  # OSL, where there is any
         how = (
             "with the model's OSL shader, within 0.1 % of equation (1)" if self.chosen.osl else "by lobes, 0.6 % from equation (1)"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who takes part: the groups' modes and models, and what a user would pick of Blender's own instead.
+"""Who takes part: the groups' qualities and models, and what a user would pick of Blender's own instead.
 
 All materials take their color from the mesh's paint, so that one shader serves every scene.
 """
@@ -21,10 +21,10 @@ SIGMA = 0.33  # of the paper's roughest character [radians]; Blender's own closu
 MEDIUM = PRESETS["skin_2"]  # of the face
 MM = 0.001  # m
 OURS, BLENDERS = "ours", "blender"
-MODES: Mapping[Engine, Sequence[str | None]] = {
+QUALITIES: Mapping[Engine, Sequence[str | None]] = {
     EEVEE: (FAST, BALANCED, PRECISE, CHOSEN_LIGHTS),
     CYCLES: (BALANCED, CHOSEN_LIGHTS),
-    REALTIME: (None,),  # it draws the model itself, whatever the mode
+    REALTIME: (None,),  # it draws the model itself, whatever the quality
 }
 USUAL = {EEVEE: BALANCED, CYCLES: BALANCED, REALTIME: None}
 
@@ -35,7 +35,7 @@ type Paint = Callable[[bpy.types.Material, bpy.types.NodeSocket], None]
 class Variant:
     """A material in an engine. `target` is the model it is held against: its own, or the one a user wanted.
 
-    `group` is that of ours, as are `model`, `mode` and `sigma`; None where it has none. `is_extra`: with fewer sample counts.
+    `group` is that of ours, as are `model`, `quality` and `sigma`; None where it has none. `is_extra`: with fewer sample counts.
     """
 
     engine: Engine
@@ -44,7 +44,7 @@ class Variant:
     kind: str = BLENDERS
     group: str | None = None
     model: str | None = None
-    mode: str | None = None
+    quality: str | None = None
     sigma: float | None = None
     osl: bool = False
     target: Law = PAPER
@@ -58,7 +58,7 @@ class Variant:
     @property
     def slowness(self) -> float:
         """How much longer it takes than others, roughly."""
-        return 3.0 if self.mode == PRECISE else 1.0
+        return 3.0 if self.quality == PRECISE else 1.0
 
     @property
     def record(self) -> dict[str, object]:
@@ -70,21 +70,21 @@ class Variant:
             "kind": self.kind,
             "group": self.group,
             "model": self.model,
-            "mode": self.mode,
+            "quality": self.quality,
             "sigma": self.sigma,
         }
 
 
 def rough(used: Sequence[Engine], quick: bool, sunlit: bool) -> list[Variant]:
-    """Return who renders a rough surface: the paper's model in every mode, then the others, then Blender's own.
+    """Return who renders a rough surface: the paper's model in every quality, then the others, then Blender's own.
 
-    `sunlit`: by one lamp, which the mode Lamps needs.
+    `sunlit`: by one lamp, which the quality Lamps needs.
     """
     found = []
-    for engine, modes in MODES.items():
+    for engine, qualities in QUALITIES.items():
         if engine not in used:
             continue
-        found += [_group(engine, PAPER, mode) for mode in modes if sunlit or mode != CHOSEN_LIGHTS]
+        found += [_group(engine, PAPER, quality) for quality in qualities if sunlit or quality != CHOSEN_LIGHTS]
         if engine is CYCLES and compiles_osl():
             found.append(_group(engine, PAPER, BALANCED, osl=True))
         found += _own(engine)
@@ -92,19 +92,21 @@ def rough(used: Sequence[Engine], quick: bool, sunlit: bool) -> list[Variant]:
 
 
 def others(used: Sequence[Engine]) -> list[Variant]:
-    """Return the rough models beside the paper's, in mode Lobes where there are modes, each against its own formula."""
+    """Return the rough models beside the paper's, in Balanced quality where there is a choice, each against its own formula."""
     return [_group(engine, law, USUAL[engine], is_extra=True) for engine in used for law in OTHERS if law.rough]
 
 
-def _group(engine: Engine, law: Law, mode: str | None, osl: bool = False, is_extra: bool = False) -> Variant:
+def _group(engine: Engine, law: Law, quality: str | None, osl: bool = False, is_extra: bool = False) -> Variant:
     def make(paint: Paint) -> bpy.types.Material:
-        chosen = {} if mode is None else {"Quality": mode}
-        material = materials.create(f"{law.name} {mode or engine.label}", ROUGH_DIFFUSE, Model=law.name, Roughness=SIGMA, **chosen)
+        chosen = {} if quality is None else {"Quality": quality}
+        material = materials.create(
+            f"{law.name} {quality or engine.label}", ROUGH_DIFFUSE, Model=law.name, Roughness=SIGMA, **chosen
+        )
         paint(material, material.node_tree.nodes[ROUGH_DIFFUSE.name].inputs["Color"])
         return material
 
-    label = ", ".join(part for part in ("Rough Diffuse", "OSL" if osl else mode, None if law is PAPER else law.name) if part)
-    return Variant(engine, label, make, OURS, ROUGH_DIFFUSE.key, law.name, mode, SIGMA, osl, law, is_extra)
+    label = ", ".join(part for part in ("Rough Diffuse", "OSL" if osl else quality, None if law is PAPER else law.name) if part)
+    return Variant(engine, label, make, OURS, ROUGH_DIFFUSE.key, law.name, quality, SIGMA, osl, law, is_extra)
 
 
 def _own(engine: Engine) -> list[Variant]:
@@ -160,8 +162,8 @@ def _skin(engine: Engine, method: str) -> Variant:
         return material
 
     label = f"Subsurface, {method}" if engine is CYCLES else "Subsurface"
-    mode = None if engine is REALTIME else method
-    return Variant(engine, label, make, OURS, SUBSURFACE.key, "Oren-Nayar", mode)
+    quality = None if engine is REALTIME else method
+    return Variant(engine, label, make, OURS, SUBSURFACE.key, "Oren-Nayar", quality)
 
 
 def _principled_skin(paint: Paint) -> bpy.types.Material:
