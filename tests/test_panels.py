@@ -311,7 +311,7 @@ def report(folder: Path, **environment_of: object) -> Path:
         )
     ]
     path = folder / "report.json"
-    path.write_text(json.dumps({"version": 1, "environment": environment([]) | environment_of, "curves": curves}))
+    path.write_text(json.dumps({"version": 2, "environment": environment([]) | environment_of, "curves": curves}))
     return path
 
 

@@ -142,16 +142,16 @@ def groups(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine],
         for scene, sun, seconds_of in ((sphere.scene, sphere.sun, of_sphere), (five.scene, five.key, of_five)):
             chosen_lights.choose([sun])
             scene.cycles.shading_system = look.osl
-            material = materials.create(look.quality, ROUGH_DIFFUSE, Model=look.qualityl, Quality=look.quality, Roughness=SIGMA)
+            material = materials.create(look.quality, ROUGH_DIFFUSE, Model=look.model, Quality=look.quality, Roughness=SIGMA)
             where = "sphere" if scene is sphere.scene else "five characters"
-            with progress.step(f"{look.engine.label}  {look.quality}  {look.qualityl}  {where}", 1.0):
+            with progress.step(f"{look.engine.label}  {look.quality}  {look.model}  {where}", 1.0):
                 mine, theirs = _in_turns(seconds_of, material, own)
             yield {
                 "scene": where,
                 "target": "osl" if look.osl else "nodes",
                 "engine": look.engine.key,
                 "quality": look.quality,
-                "model": look.qualityl,
+                "model": look.model,
                 "shadows": look.shadows,
                 "render_seconds": median(mine),
                 "own_seconds": median(theirs),
