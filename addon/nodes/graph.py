@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Node groups written as arithmetic: a `Graph` fills a shader node tree, its `Value`s are sockets that know + - * / and more.
 
-Plain Python numbers stay numbers as long as they meet only numbers: + - * / of them makes no node. `leave_out.folding` has a Graph
+Plain Python numbers stay numbers as long as they meet only numbers: + - * / of them makes no node. `optimize.folding` has a Graph
 for one use of a group, in which more than that is known ahead.
 """
 
