@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The realtime engine where something is missing, broken or too much: a message, the rest of the picture, and no leak."""
+"""The realtime engine where something is missing, broken or too large: a message, the rest of the picture, and no leak."""
 
 import gc
 import math
@@ -95,14 +95,15 @@ class Stage:
         self.camera.location.z = 5.0
         self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 4.0
         self.scene.camera = self.camera
-        self.sun = self.lamp(1.0)
+        self.sun = self.light(1.0)
 
     def link(self, item: bpy.types.Object) -> bpy.types.Object:
         self.scene.collection.objects.link(item)
         return item
 
-    def lamp(self, energy: float, kind: str = "SUN") -> bpy.types.Object:
-        item = self.link(bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", kind)))
+    def light(self, energy: float, kind: str = "SUN") -> bpy.types.Object:
+        """Add a light of `energy` in W/m^2 for a sun, W for others."""
+        item = self.link(bpy.data.objects.new("Light", bpy.data.lights.new("Light", kind)))
         item.data.energy = energy
         return item
 
@@ -123,7 +124,7 @@ class Stage:
         return Picture(path)
 
     def refusal(self) -> str:
-        """Render, which fails; return what Blender reports, that nothing was written, and that the next one is as ever."""
+        """Render, which must fail and write nothing; return what Blender reports."""
         with pytest.raises(RuntimeError) as caught:
             self.render()
         assert not (self.folder / "picture.exr").exists()
@@ -195,10 +196,10 @@ def no_camera_object(stage: Stage) -> None:
     [
         (too_large, f"The graphics driver has no room for a picture of 65536 x {HEIGHT} pixels"),
         (panoramic, "Camera is neither a perspective nor an orthographic camera"),
-        (no_camera_object, "Lamp is neither a perspective nor an orthographic camera"),
+        (no_camera_object, "Light is neither a perspective nor an orthographic camera"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused_and_the_next_render_is_as_ever(
+def test_picture_that_cannot_be_drawn_is_refused_and_the_next_render_works(
     stage: Stage, spoil: Callable[[Stage], None], message: str
 ) -> None:
     stage.square()
@@ -213,10 +214,8 @@ def test_what_cannot_be_drawn_is_refused_and_the_next_render_is_as_ever(
     "name",
     ["types.GPUTexture", "types.GPUVertBuf", "types.GPUUniformBuf", "types.GPUBatch", "shader.create_from_info", "state.blend_set"],
 )
-def test_lost_context_is_a_message_and_the_next_render_is_as_ever(
-    stage: Stage, monkeypatch, name: str, error: type[Exception]
-) -> None:
-    """What the gpu module does then is to raise an error of its own, wherever it is called."""
+def test_lost_context_is_a_message_and_the_next_render_works(stage: Stage, monkeypatch, name: str, error: type[Exception]) -> None:
+    """The gpu module then raises an error wherever it is called."""
     stage.square()
     stage.render()
     renderer.forget_shaders()
@@ -242,11 +241,11 @@ def test_interrupted_render_is_a_message(stage: Stage, monkeypatch) -> None:
 def test_scene_that_goes_away_while_it_is_rendered(stage: Stage, monkeypatch) -> None:
     """Handlers of other add-ons may do so; what has been sent to the driver is drawn to its end."""
     stage.square()
-    real, taken = renderer.Renderer.add, []
+    real, drawn = renderer.Renderer.add, []
 
     def add(self: renderer.Renderer, *arguments: object) -> None:
-        taken.append(self)
-        if len(taken) == 2:
+        drawn.append(self)
+        if len(drawn) == 2:
             stage.scene.render.engine = engines.CYCLES.identifier
             bpy.data.batch_remove([*bpy.data.meshes, *bpy.data.lights])
         real(self, *arguments)
@@ -254,11 +253,11 @@ def test_scene_that_goes_away_while_it_is_rendered(stage: Stage, monkeypatch) ->
     stage.scene.true_diffuse.samples = 4
     monkeypatch.setattr(renderer.Renderer, "add", add)
     assert stage.render().at(0.0) == gray(LIT)
-    assert len(taken) == 4
+    assert len(drawn) == 4
 
 
 def test_programs_are_used_by_one_thread_at_a_time(stage: Stage, monkeypatch) -> None:
-    """Drivers keep the numbers set in a program with it: those of a viewport would be drawn by a render in another thread."""
+    """Drivers keep the values of uniforms with the program: a render in another thread would draw a viewport's."""
     stage.square().data.materials.append(materials.create("Skin", SUBSURFACE))
     free: list[bool] = []
 
@@ -434,7 +433,7 @@ def test_viewport_that_is_gone_is_not_drawn_again() -> None:
 
 
 @pytest.mark.parametrize("number", NUMBERS, ids=str)
-def test_vertices_that_are_no_numbers(stage: Stage, capfd, number: float) -> None:
+def test_vertices_that_are_not_finite(stage: Stage, capfd, number: float) -> None:
     corners = [(-1, -1, 0), (0, -1, 0), (0, 1, 0), (-1, 1, 0), (1, -1, 0), (1, number, 0)]
     stage.mesh(corners, [(0, 1, 2, 3), (1, 4, 5)])
     seen = stage.render()
@@ -443,7 +442,7 @@ def test_vertices_that_are_no_numbers(stage: Stage, capfd, number: float) -> Non
 
 
 @pytest.mark.parametrize("count", [1, 200])
-def test_mesh_whose_vertices_all_are_no_numbers(stage: Stage, count: int) -> None:
+def test_mesh_without_finite_vertices(stage: Stage, count: int) -> None:
     stage.square()
     stage.mesh([(math.nan,) * 3] * 3 * count, [(3 * k, 3 * k + 1, 3 * k + 2) for k in range(count)])
     assert stage.render().at(0.0) == gray(LIT)
@@ -451,18 +450,18 @@ def test_mesh_whose_vertices_all_are_no_numbers(stage: Stage, count: int) -> Non
 
 @pytest.mark.parametrize("number", NUMBERS, ids=str)
 @pytest.mark.parametrize("setting", ["location", "scale"])
-def test_objects_whose_place_is_no_number(stage: Stage, capfd, setting: str, number: float) -> None:
+def test_objects_whose_location_or_scale_is_not_finite(stage: Stage, capfd, setting: str, number: float) -> None:
     stage.square()
     setattr(stage.square(), setting, (number, 1.0, 1.0))
-    setattr(stage.lamp(5.0, "SPOT"), setting, (number, 1.0, 1.0))
+    setattr(stage.light(5.0, "SPOT"), setting, (number, 1.0, 1.0))
     assert stage.render().at(0.0) == gray(LIT)
-    assert {line.partition(" is left out")[0] for line in warnings(capfd)} == {"Mesh.001", "Lamp.001"}
+    assert {line.partition(" is left out")[0] for line in warnings(capfd)} == {"Mesh.001", "Light.001"}
 
 
 @pytest.mark.parametrize("number", NUMBERS, ids=str)
-def test_power_that_is_no_number(stage: Stage, capfd, number: float) -> None:
+def test_power_that_is_not_finite(stage: Stage, capfd, number: float) -> None:
     stage.square()
-    stage.lamp(number)
+    stage.light(number)
     stage.scene.world = bpy.data.worlds.new("World")
     stage.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = number
     assert stage.render().at(0.0) == gray(LIT)
@@ -488,13 +487,13 @@ def test_empty_scene(stage: Stage) -> None:
     assert set(stage.render().pixels) == {0.0, 1.0}
 
 
-@pytest.mark.parametrize(("scale", "tilt"), [((-1, 1, 1), 0.8), ((-1, -1, -1), 0.8), ((1, 1, 0), 0.8), ((1e10, 1e10, 1e10), 0.8)])
-def test_normals_of_scaled_objects(stage: Stage, scale: tuple[float, float, float], tilt: float) -> None:
-    """A square lies flat whatever its scale: LIT cos(tilt)."""
-    stage.sun.rotation_euler.x = tilt
+@pytest.mark.parametrize("scale", [(-1, 1, 1), (-1, -1, -1), (1, 1, 0), (1e10, 1e10, 1e10)])
+def test_normals_of_scaled_objects(stage: Stage, scale: tuple[float, float, float]) -> None:
+    """A square lies flat whatever its scale: LIT times the cosine of the sun's tilt."""
+    stage.sun.rotation_euler.x = 0.8
     item = stage.square(1.0 / abs(scale[0]))
     item.scale = scale
-    assert stage.render().at(0.3, 0.2) == gray(LIT * math.cos(tilt))
+    assert stage.render().at(0.3, 0.2) == gray(LIT * math.cos(0.8))
 
 
 def test_shadows_of_nothing(stage: Stage) -> None:
@@ -503,7 +502,7 @@ def test_shadows_of_nothing(stage: Stage) -> None:
     item.visible_shadow = False
     assert stage.render().at(0.0) == gray(0.0)
     item.visible_shadow, item.scale = True, (0.0, 0.0, 0.0)
-    stage.lamp(1.0, "SPOT")
+    stage.light(1.0, "SPOT")
     assert stage.render().at(0.0) == gray(0.0)
 
 
@@ -515,7 +514,7 @@ def test_object_without_size_is_not_seen(stage: Stage) -> None:
 
 
 @pytest.mark.parametrize(("index", "slot"), [(0, 0), (1, 1), (7, 1), (1000000, 1), (-3, 0)])
-def test_faces_of_slots_that_are_not_there(stage: Stage, index: int, slot: int) -> None:
+def test_faces_of_missing_slots(stage: Stage, index: int, slot: int) -> None:
     """As in Cycles: the last material's, below 0 the first's."""
     item = stage.square()
     colors = ((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))
@@ -527,52 +526,82 @@ def test_faces_of_slots_that_are_not_there(stage: Stage, index: int, slot: int) 
     assert stage.render().at(0.0)[:3] == pytest.approx([value / math.pi for value in colors[slot]], rel=2e-6)
 
 
-def test_materials_that_cannot_be_read(stage: Stage) -> None:
-    """They are gray, of their color in the viewport: without nodes, without an output, of a group without a closure."""
-    item = stage.square()
-    material = bpy.data.materials.new("Unreadable")
-    material.diffuse_color = (0.8, 0.8, 0.8, 1.0)
-    item.data.materials.append(material)
-    tree = material.node_tree
-    tree.nodes.clear()
-    assert stage.render().at(0.0) == gray(LIT)
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    assert stage.render().at(0.0) == gray(LIT)
-    group = tree.nodes.new("ShaderNodeGroup")
-    assert stage.render().at(0.0) == gray(LIT)
+def without_nodes(tree: bpy.types.NodeTree) -> None:
+    pass
+
+
+def without_closure(tree: bpy.types.NodeTree) -> None:
+    tree.nodes.new("ShaderNodeOutputMaterial")
+
+
+def with_unlinked_group(tree: bpy.types.NodeTree) -> None:
+    without_closure(tree)
+    tree.nodes.new("ShaderNodeGroup")
+
+
+def with_empty_group(tree: bpy.types.NodeTree) -> None:
+    output, group = tree.nodes.new("ShaderNodeOutputMaterial"), tree.nodes.new("ShaderNodeGroup")
     group.node_tree = bpy.data.node_groups.new("Empty", "ShaderNodeTree")
     group.node_tree.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
     tree.links.new(group.outputs[0], output.inputs["Surface"])
-    assert stage.render().at(0.0) == gray(LIT)
-    item.data.materials[0] = None
+
+
+@pytest.mark.parametrize("build", [without_nodes, without_closure, with_unlinked_group, with_empty_group])
+def test_material_that_cannot_be_read_has_its_viewport_color(stage: Stage, build: Callable[[bpy.types.NodeTree], None]) -> None:
+    material = bpy.data.materials.new("Unreadable")
+    material.diffuse_color = (0.4, 0.4, 0.4, 1.0)
+    stage.square().data.materials.append(material)
+    material.node_tree.nodes.clear()
+    build(material.node_tree)
+    assert stage.render().at(0.0) == gray(0.5 * LIT)
+
+
+def test_empty_material_slot_is_gray(stage: Stage) -> None:
+    stage.square().data.materials.append(None)
     assert stage.render().at(0.0) == gray(LIT)
 
 
-def test_images_that_are_missing_or_refused(stage: Stage, capfd, monkeypatch) -> None:
-    """Black, with a message; what is beside them is drawn. An image wider than a texture may be is Blender's to make smaller."""
-    item = stage.square(0.5, -1.0)
+@pytest.fixture
+def image_node(stage: Stage) -> bpy.types.Node:
+    """Return the image node of the material of a square on the left; one on the right has no material."""
+    left = stage.square(0.5, -1.0)
     stage.square(0.5, 1.0)
-    item.data.uv_layers.new()
+    left.data.uv_layers.new()
     material, node = materials.create_plain("Painted")
-    item.data.materials.append(material)
+    left.data.materials.append(material)
     texture = material.node_tree.nodes.new("ShaderNodeTexImage")
     material.node_tree.links.new(texture.outputs["Color"], node.inputs["Color"])
+    return texture
 
-    def image(width: int) -> bpy.types.Image:
-        made = bpy.data.images.new(f"{width} wide", width, 4, float_buffer=width < 10)
-        made.generated_color = (1.0, 1.0, 1.0, 1.0)
-        return made
 
-    texture.image = bpy.data.images.new("Missing", 4, 4)
-    texture.image.source, texture.image.filepath = "FILE", "/nowhere/missing.png"
+def white_image(width: int) -> bpy.types.Image:
+    image = bpy.data.images.new("White", width, 4, float_buffer=width < 10)
+    image.generated_color = (1.0, 1.0, 1.0, 1.0)
+    return image
+
+
+def test_missing_image_is_black_with_a_message(stage: Stage, image_node: bpy.types.Node, capfd) -> None:
+    image_node.image = bpy.data.images.new("Missing", 4, 4)
+    image_node.image.source, image_node.image.filepath = "FILE", "/nowhere/missing.png"
     seen = stage.render()
     assert seen.at(-1.0) == gray(0.0) and seen.at(1.0) == gray(LIT)
     assert warnings(capfd) == ["Missing cannot be read"]
-    for width in (4, 20, gpu.capabilities.max_texture_size_get() + 8):
-        texture.image = image(width)
-        seen = stage.render()
-        assert seen.at(-1.0) == pytest.approx((1 / math.pi,) * 3 + (1.0,), rel=2e-6) and seen.at(1.0) == gray(LIT)
+
+
+@pytest.mark.parametrize("width", [4, 20, None], ids=["floats", "bytes", "wider than a texture may be"])
+def test_image_of_any_width_is_drawn(stage: Stage, image_node: bpy.types.Node, capfd, width: int | None) -> None:
+    """Blender makes an image smaller that is wider than a texture may be."""
+    if width is None:
+        gpu.init()
+        width = gpu.capabilities.max_texture_size_get() + 8
+    image_node.image = white_image(width)
+    seen = stage.render()
+    assert seen.at(-1.0) == gray(1.0 / math.pi) and seen.at(1.0) == gray(LIT)
     assert warnings(capfd) == []
+
+
+def test_image_that_the_driver_refuses_is_black(stage: Stage, image_node: bpy.types.Node, capfd, monkeypatch) -> None:
+    image_node.image = white_image(4)
 
     def refuse(_: bpy.types.Image) -> None:
         raise RuntimeError("no room")
@@ -580,13 +609,13 @@ def test_images_that_are_missing_or_refused(stage: Stage, capfd, monkeypatch) ->
     monkeypatch.setattr(gpu.texture, "from_image", refuse)
     seen = stage.render()
     assert seen.at(-1.0) == gray(0.0) and seen.at(1.0) == gray(LIT)
-    assert warnings(capfd) == [f"The graphics driver has no room for {texture.image.name}, which is not drawn"]
+    assert warnings(capfd) == ["The graphics driver has no room for White, which is not drawn"]
 
 
-# ---- as many as there may be
+# ---- large numbers
 
 
-def test_without_lamps_the_world_alone_shines(stage: Stage) -> None:
+def test_without_lights_only_the_world_shines(stage: Stage) -> None:
     """A face that sees radiance L from everywhere reflects 0.8 L; without a world it is black."""
     stage.square()
     bpy.data.objects.remove(stage.sun)
@@ -598,12 +627,12 @@ def test_without_lamps_the_world_alone_shines(stage: Stage) -> None:
 
 
 @pytest.mark.parametrize("count", [64, 65])
-def test_many_lamps(stage: Stage, capfd, count: int) -> None:
+def test_many_lights(stage: Stage, capfd, count: int) -> None:
     """Each with a shadow map of its own. A sum of 64 numbers of 32 bits: within 64 halves of a last place."""
     stage.square()
     stage.sun.data.energy = 1.0 / 64.0
     for _ in range(count - 1):
-        stage.lamp(1.0 / 64.0)
+        stage.light(1.0 / 64.0)
     assert stage.render().at(0.0)[:3] == pytest.approx([LIT] * 3, rel=5e-6)
     assert warnings(capfd) == (["64 of 65 lights are drawn"] if count == 65 else [])
 
@@ -656,18 +685,25 @@ def test_percentage_of_the_resolution(stage: Stage, percentage: int) -> None:
     assert seen.pixels[middle : middle + 4] == gray(LIT)
 
 
-@pytest.mark.parametrize("size", [10, 47, 1001])
-def test_borders_that_are_no_whole_pixels(stage: Stage, size: int) -> None:
-    """Blender, which multiplies in 32 bits, has it that 0.7 of 10 pixels are 7."""
+def cropped_width(stage: Stage, width: int, low: float, high: float) -> int:
+    """Return the width of a picture that is cropped to a border [pixels]."""
     stage.square()
     render = stage.scene.render
-    render.resolution_x, render.resolution_y, render.use_border, render.use_crop_to_border = size, 20, True, True
-    for low, high in ((0.0, 0.7), (0.3, 1.0), (0.333, 0.777), (0.1, 0.9)):
-        render.border_min_x, render.border_max_x = low, high
-        assert abs(stage.render().width - (high - low) * size) <= 1.0
-    render.border_max_x = 0.7
-    render.border_min_x, render.resolution_x = 0.0, 10
-    assert stage.render().width == 7
+    render.resolution_x, render.resolution_y, render.use_border, render.use_crop_to_border = width, 20, True, True
+    render.border_min_x, render.border_max_x = low, high
+    return stage.render().width
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 0.7), (0.3, 1.0), (0.333, 0.777), (0.1, 0.9)])
+@pytest.mark.parametrize("width", [10, 47, 1001])
+def test_borders_between_pixels(stage: Stage, width: int, low: float, high: float) -> None:
+    """Blender rejects a picture that has another size than it expects."""
+    assert abs(cropped_width(stage, width, low, high) - (high - low) * width) <= 1.0
+
+
+def test_borders_are_rounded_as_blender_does(stage: Stage) -> None:
+    """In 32 bits 0.7 of 10 pixels are 7."""
+    assert cropped_width(stage, 10, 0.0, 0.7) == 7
 
 
 def test_pixels_that_are_not_square(stage: Stage) -> None:
@@ -800,17 +836,22 @@ def test_curves_texts_and_metaballs(stage: Stage) -> None:
     assert any(value > 0.0 for value in seen.row()[: WIDTH // 4])
 
 
-def test_hidden_objects(stage: Stage) -> None:
-    """Hidden in renders: not there. Hidden from the camera: shades. Hidden in shadows: does not."""
+@pytest.mark.parametrize(
+    ("settings", "radiance"),
+    [
+        ({"hide_render": True}, LIT),
+        ({"visible_camera": False}, 0.0),
+        ({"visible_camera": False, "visible_shadow": False}, LIT),
+    ],
+    ids=["in renders: not there", "from the camera: casts a shadow", "and in shadows: casts none"],
+)
+def test_hidden_object(stage: Stage, settings: dict[str, bool], radiance: float) -> None:
     stage.square()
     above = stage.square()
     above.location.z = 1.0
-    above.hide_render = True
-    assert stage.render().at(0.0) == gray(LIT)
-    above.hide_render, above.visible_camera = False, False
-    assert stage.render().at(0.0) == gray(0.0)
-    above.visible_shadow = False
-    assert stage.render().at(0.0) == gray(LIT)
+    for name, value in settings.items():
+        setattr(above, name, value)
+    assert stage.render().at(0.0) == gray(radiance)
 
 
 def test_mesh_that_is_edited(stage: Stage) -> None:
@@ -867,18 +908,18 @@ def test_a_hundred_renders_leave_nothing_behind(stage: Stage) -> None:
 
 @needs_proc
 def test_a_hundred_edits_leave_nothing_behind(stage: Stage) -> None:
-    """A viewport's contents while mesh, material and size of the window change: of a mesh of 0.6 MB, 60 MB for all; 6 are left."""
+    """As for a viewport while mesh, material and size of the window change: a mesh has 0.6 MB, all have 60 MB, and 6 are left."""
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=70, y_subdivisions=70, size=3.0)
     item = bpy.context.object
     material = materials.create("Rough", ROUGH_DIFFUSE)
     group = next(node for node in material.node_tree.nodes if node.type == "GROUP")
     item.data.materials.append(material)
     gpu.init()
-    kept = scene_cache.SceneCache()
-    drawer = renderer.Renderer(kept)
+    cache = scene_cache.SceneCache()
+    drawer = renderer.Renderer(cache)
 
     def read(_: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-        kept.update(depsgraph)
+        cache.update(depsgraph)
         drawer.refresh()
 
     def edit(times: int) -> tuple[int, dict[str, int], int]:
