@@ -50,7 +50,7 @@ def test_comparison_end_to_end(tmp_path: Path, eevee_runs_here: bool) -> None:
     engines = ["eevee", "cycles", "realtime"] if eevee_runs_here else ["cycles"]
     result = compare("--resolution", "480x180", "--samples", "4", "--out", "out", "--save-blend", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
-    assert "Oren-Nayar" in result.stdout and "100%" in result.stdout
+    assert "Oren-Nayar" in result.stdout and "100 %" in result.stdout
 
     folder = tmp_path / "out"
     pictures = [f"{kind}_{engine}.png" for engine in engines for kind in ("five", "error")]
@@ -102,7 +102,7 @@ def test_face_end_to_end(tmp_path: Path, eevee_runs_here: bool) -> None:
     engines = ["eevee", "cycles", "realtime"] if eevee_runs_here else ["cycles"]
     result = compare("--scene", "face", "--resolution", "300x120", "--samples", "8", "--out", "out", "--save-blend", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
-    assert "ears" in result.stdout and "100%" in result.stdout
+    assert "ears" in result.stdout and "100 %" in result.stdout
 
     written = [f"face_{engine}.{suffix}" for engine in engines for suffix in ("png", "exr")]
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted([*written, "compare.json", "face.blend"])

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the scripts show in a terminal: progress, tables, one-line errors; Blender's own chatter goes to a log instead.
+"""What the scripts show in a terminal: progress, tables, one-line errors; Blender's own output goes to a log instead.
 
-Plain lines here; `rich_terminal` draws bars and tables where rich is installed, which it is not in Blender's own Python.
+Progress is a bar in a terminal where the package rich is installed, which it is not in Blender's own Python; lines elsewhere.
 """
 
 import argparse
@@ -14,7 +14,13 @@ from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import NoReturn, Self
+from typing import Any, NoReturn, Self
+
+try:
+    from rich import progress as bars
+    from rich.console import Console
+except ImportError:
+    bars = None
 
 BAD_INPUT = 2  # exit status for anything the user can mend
 LOG_LINES = 40  # of Blender's output that are shown after a crash of the script
@@ -93,7 +99,7 @@ class Terminal:
     def table(self, title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         """Print rows of text under `columns`: the first two are words, the others figures."""
         widths = [max(len(row[i]) for row in (columns, *rows)) for i in range(len(columns))]
-        self.say(title)
+        self.say(f"\n{title}")
         for row in (columns, *rows):
             cells = (text.ljust(w) if i < 2 else text.rjust(w) for i, (text, w) in enumerate(zip(row, widths, strict=True)))
             self.say("  ".join(cells))
@@ -101,26 +107,39 @@ class Terminal:
     @contextmanager
     def progress(self, total: float) -> Generator["Progress"]:
         """Yield a `Progress` that counts up to `total` units of work."""
-        yield Progress(self, total)
+        if bars is None or not self.out.isatty():
+            yield Progress(self, total)
+            self.say("100 %")
+            return
+        times = bars.TimeElapsedColumn(), bars.TextColumn("left"), bars.TimeRemainingColumn()
+        columns = bars.TextColumn("{task.description}"), bars.BarColumn(), bars.TaskProgressColumn(), *times
+        with bars.Progress(*columns, console=Console(file=self.out)) as bar:
+            yield Progress(self, total, bar)
 
 
 class Progress:
-    """Work done so far, in units of the caller's choice."""
+    """Work done so far, in units of the caller's choice; shown by rich's `bar`, or without one by a line for each step."""
 
-    def __init__(self, terminal: Terminal, total: float) -> None:
+    def __init__(self, terminal: Terminal, total: float, bar: Any = None) -> None:  # noqa: ANN401 - rich may not be there
         self.terminal = terminal
         self.total = total
         self.done = 0.0
+        self.bar = bar
+        self.task = bar.add_task("", total=total) if bar else None
 
     @contextmanager
     def step(self, text: str, work: float) -> Generator[None]:
         """Show `text` while the body runs; count `work` units as done after it."""
-        self.show(text, self.done)
+        if self.bar:
+            self.bar.update(self.task, description=text)
+        else:
+            self.terminal.say(f"{100.0 * self.done / self.total:3.0f} %  {text}")
+        self.within(0.0)
         yield
         self.done += work
+        self.within(0.0)
 
     def within(self, work: float) -> None:
-        """Show `work` units of the step under way as done; plain lines say nothing between steps."""
-
-    def show(self, text: str, done: float) -> None:
-        self.terminal.say(f"{100.0 * done / self.total:3.0f} %  {text}")
+        """Show `work` units of the step under way as done; lines say nothing between steps."""
+        if self.bar:
+            self.bar.update(self.task, completed=self.done + work, refresh=True)

@@ -11,11 +11,6 @@ from typing import TYPE_CHECKING
 from true_diffuse.scripts.cli.console import BAD_INPUT, BadInput, Terminal, stop_cleanly
 from true_diffuse.scripts.cli.outputs import OutputFolder
 
-try:
-    from true_diffuse.scripts.cli.rich_terminal import RichTerminal as BestTerminal
-except ImportError:  # in Blender's own Python
-    BestTerminal = Terminal
-
 if TYPE_CHECKING:
     from bpy.types import Mesh
 
@@ -51,7 +46,7 @@ def run_script(prog: str, folder: Path, work: Callable[[OutputFolder, Terminal],
     try:
         with OutputFolder(folder) as output:
             stop_cleanly(output.discard, left)
-            with BestTerminal() as terminal:
+            with Terminal() as terminal:
                 work(output, terminal)
     except BadInput as error:
         print(f"{prog}: error: {error}", file=sys.stderr)

@@ -106,7 +106,7 @@ class Job:
 
     def session(self, tasks: Sequence[Task]) -> "subprocess.Popen[bytes]":
         """Start a session that does `tasks`."""
-        command = [sys.executable, "-m", "openjd", "run", self.folder / "template.yaml", "--step", "render"]
+        command = [sys.executable, "-m", "openjd", "run", self.folder / "template.json", "--step", "render"]
         return subprocess.Popen(
             [*command, "--tasks", json.dumps(tasks)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
         )
