@@ -10,7 +10,7 @@ blender -b --python scripts/compare.py -- [OPTIONS]
 
 import math
 import sys
-from argparse import ArgumentTypeError, BooleanOptionalAction
+from argparse import ArgumentTypeError, BooleanOptionalAction, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -34,43 +34,22 @@ if TYPE_CHECKING:
     from true_diffuse.scripts.studies.comparison.face import JobSpec as FaceSpec
     from true_diffuse.scripts.studies.comparison.five import JobSpec as FiveSpec
 
+OPTION_NAMES = {"characters": "character", "sigmas": "sigma", "full_figure": "full-figure"}  # where they are not the attributes'
 REPORT, OUT = Path("report/report.json"), Path("comparison")
-OPTIMIZE = {"optimize": True}  # searchlight builds its scene anew for every ring
-
-
-@dataclass(frozen=True)
-class Options:
-    """What the user asked for; `samples` is None for each engine's default.
-
-    `error` is the tolerance, a share of 1, that mode and samples are picked for by the `report`; both None where they are not.
-    """
-
-    scene: str
-    engines: tuple[str, ...]
-    resolution: tuple[int, int]
-    samples: int | None
-    error: float | None
-    report: Path | None
-    characters: tuple[str, ...]
-    frames: tuple[int, ...] | None
-    sigmas: tuple[float, ...]
-    albedo: float
-    full_figure: bool
-    optimize: bool
-    out: Path
-    save_blend: bool
-    job: Path | None
-    chunk: int | None
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What can be compared: how, the defaults, and which of the options that not every scene has it knows."""
+    """What can be compared: how, and the defaults of the options that it has beside those of all scenes."""
 
-    compare: Callable[[Options, list["Engine"], OutputFolder, Terminal], list[str]]
+    compare: Callable[[Namespace, list["Engine"], OutputFolder, Terminal], list[str]]
     resolution: tuple[int, int]
     samples: Mapping[str, int]  # by the keys of the engines that render it
-    knows: Mapping[str, object]  # by name, with defaults
+    options: Mapping[str, object]  # by name
+
+    @property
+    def engines(self) -> str:
+        return ",".join(self.samples)
 
 
 def main() -> int:
@@ -81,111 +60,64 @@ def main() -> int:
     return run_script("compare.py", options.out, partial(compare, options))
 
 
-def parse(arguments: list[str]) -> Options:
-    """Return the options; ends the process with one line and status 2 where they make no sense."""
+def parse(arguments: list[str]) -> Namespace:
+    """Return the options, None where the scene has none; ends the process with one line and status 2 where they make no sense."""
+
+    def defaults(show: Callable[[Scene], str]) -> str:
+        return "default: " + "; ".join(f"{name}: {show(scene)}" for name, scene in SCENES.items())
+
     parser = Parser(prog="compare.py", description=__doc__.splitlines()[0])
-    parser.add_argument(
-        "--engine", type=engine_list, metavar="LIST", help=f"engines, comma separated (default: {_defaults(_engines)})"
-    )
-    parser.add_argument("--scene", choices=SCENES, default="five", help="what to compare (default: five)")
-    parser.add_argument("--resolution", type=_resolution, metavar="WxH", help=f"pixels (default: {_defaults(_size)})")
-    parser.add_argument("--samples", type=sample_count, metavar="N", help=f"samples per pixel (default: {_defaults(_samples)})")
-    parser.add_argument(
-        "--error",
-        type=_tolerance,
-        metavar="PERCENT",
-        help='five: in place of --samples: the error to stay below, as "2%%" or 2; the cheapest mode and samples are picked for it',
-    )
-    parser.add_argument(
-        "--report",
-        type=Path,
-        default=REPORT,
-        metavar="FILE",
-        help=f"report of scripts/report.py on this machine to pick from (default: {REPORT})",
-    )
-    parser.add_argument(
-        "--character",
-        nargs="+",
-        action="extend",
-        metavar="WHO",
-        help="human, monkey, or a .blend, .usd, .usda, .usdc, .usdz, .glb, .gltf or .obj file (default: human); "
-        "any number of them, also patterns as 'shots/**/*.glb'",
-    )
-    parser.add_argument(
-        "--frames",
-        type=inputs.frame_list,
-        metavar="LIST",
-        help="five: frames of the characters' own animation, as 1-24, 1-24:4 or 1,5,9",
-    )
-    parser.add_argument("--sigma", type=_sigmas, metavar="LIST", help="five: facet slopes in radians (default: 0,0.2,0.33)")
-    parser.add_argument("--albedo", type=_albedo, metavar="RHO", help="five: of the lightest paint, 0 to 1 (default: 0.8)")
-    parser.add_argument(
-        "--full-figure", action="store_const", const=True, help="five: show the human from head to toe instead of as a bust"
-    )
-    parser.add_argument(
-        "--optimize",
-        action=BooleanOptionalAction,
-        help="five, face: optimize the materials for each engine, which renders the same picture (default: on)",
-    )
-    parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder to write (default: {OUT}; with --job the job's own)")
-    parser.add_argument("--save-blend", action="store_true", help="also write SCENE.blend, the scene to open in Blender")
-    job = "five, face: render nothing, but write a job bundle of Open Job Description that does"
-    parser.add_argument("--job", type=Path, metavar="DIR", help=job)
-    parser.add_argument("--chunk", type=inputs.chunk_size, metavar="N", help="with --job: frames of one task (default: 8)")
-    got = parser.parse_args(arguments)
-    scene = SCENES[got.scene]
-    for key in got.engine or ():
+    add = parser.add_argument
+    text = f"engines, comma separated ({defaults(lambda scene: scene.engines)})"
+    add("--engine", dest="engines", type=engine_list, metavar="LIST", help=text)
+    add("--scene", choices=SCENES, default="five", help="what to compare (default: five)")
+    text = f"pixels ({defaults(lambda scene: '{}x{}'.format(*scene.resolution))})"
+    add("--resolution", type=_resolution, metavar="WxH", help=text)
+    text = f"per pixel ({defaults(lambda scene: ', '.join(f'{key} {count}' for key, count in scene.samples.items()))})"
+    add("--samples", type=sample_count, metavar="N", help=text)
+    text = 'five: instead of --samples: the error to stay below, as "2%%" or 2; the fastest quality and samples are picked for it'
+    add("--error", type=_tolerance, metavar="PERCENT", help=text)
+    text = f"report of scripts/report.py on this machine to pick from (default: {REPORT})"
+    add("--report", type=Path, default=REPORT, metavar="FILE", help=text)
+    text = "human, monkey, or a .blend, .usd, .usda, .usdc, .usdz, .glb, .gltf or .obj file (default: human); "
+    text += "any number of them, also patterns as 'shots/**/*.glb'"
+    add("--character", dest="characters", nargs="+", action="extend", metavar="WHO", help=text)
+    text = "five: frames of the characters' own animation, as 1-24, 1-24:4 or 1,5,9"
+    add("--frames", type=inputs.frame_list, metavar="LIST", help=text)
+    add("--sigma", dest="sigmas", type=_sigmas, metavar="LIST", help="five: facet slopes in radians (default: 0,0.2,0.33)")
+    add("--albedo", type=_albedo, metavar="RHO", help="five: of the lightest paint, 0 to 1 (default: 0.8)")
+    text = "five: show the human from head to toe instead of as a bust"
+    add("--full-figure", action="store_const", const=True, help=text)
+    text = "five, face: optimize the materials for each engine, which renders the same picture (default: on)"
+    add("--optimize", action=BooleanOptionalAction, help=text)
+    add("--out", type=Path, metavar="DIR", help=f"folder to write (default: {OUT}; with --job the job's own)")
+    add("--save-blend", action="store_true", help="also write SCENE.blend, the scene to open in Blender")
+    text = "five, face: render nothing, but write a job bundle of Open Job Description that does"
+    add("--job", type=Path, metavar="DIR", help=text)
+    add("--chunk", type=inputs.chunk_size, metavar="N", help="with --job: frames of one task (default: 8)")
+    options = parser.parse_args(arguments)
+    scene = SCENES[options.scene]
+    for key in options.engines or ():
         if key not in scene.samples:
-            parser.error(f"--scene {got.scene} is not for {key}: choose from {_engines(scene)}")
-    if got.error is not None and got.samples is not None:
+            parser.error(f"--scene {options.scene} is not for {key}: choose from {scene.engines}")
+    if options.error is not None and options.samples is not None:
         parser.error("--error picks the samples: leave out --samples")
-    if got.job and (got.error is not None or got.save_blend):
+    if options.job and (options.error is not None or options.save_blend):
         parser.error("--job has no option --error and no --save-blend")
-    if got.chunk and not got.job:
+    if options.chunk and not options.job:
         parser.error("--chunk is of --job")
-    if got.save_blend and len(got.character or ()) > 1:
+    if options.save_blend and len(options.characters or ()) > 1:
         parser.error("--save-blend is of one --character")
-    names = ("character", "frames", "sigma", "albedo", "full_figure", "error", "optimize", "job")
-    special = {name: getattr(got, name) for name in names}
-    for name, value in special.items():
-        if value is not None and name not in scene.knows:
-            parser.error(f"--scene {got.scene} has no option --{name.replace('_', '-')}")
-        special[name] = scene.knows.get(name) if value is None else value
-    return Options(
-        scene=got.scene,
-        engines=got.engine or tuple(scene.samples),
-        resolution=got.resolution or scene.resolution,
-        samples=got.samples,
-        error=special["error"],
-        report=got.report if special["error"] else None,
-        characters=tuple(special["character"] or ()),
-        frames=special["frames"],
-        sigmas=special["sigma"],
-        albedo=special["albedo"],
-        full_figure=special["full_figure"],
-        optimize=special["optimize"],
-        out=got.out or OUT,
-        save_blend=got.save_blend,
-        job=got.job,
-        chunk=got.chunk,
-    )
-
-
-def _size(scene: Scene) -> str:
-    return "{}x{}".format(*scene.resolution)
-
-
-def _samples(scene: Scene) -> str:
-    return ", ".join(f"{key} {count}" for key, count in scene.samples.items())
-
-
-def _engines(scene: Scene) -> str:
-    return ",".join(scene.samples)
-
-
-def _defaults(show: Callable[[Scene], str]) -> str:
-    """Return what `show` says of each scene, for the help."""
-    return "; ".join(f"{name}: {show(scene)}" for name, scene in SCENES.items())
+    for name in SCENES["five"].options:  # which has all of them
+        if getattr(options, name) is None:
+            setattr(options, name, scene.options.get(name))
+        elif name not in scene.options:
+            parser.error(f"--scene {options.scene} has no option --{OPTION_NAMES.get(name, name)}")
+    options.engines = options.engines or tuple(scene.samples)
+    options.resolution = options.resolution or scene.resolution
+    options.report = options.report if options.error else None
+    options.out = options.out or OUT
+    return options
 
 
 def _number(text: str) -> float:
@@ -231,25 +163,13 @@ def _albedo(text: str) -> float:
     return value
 
 
-def compare(options: Options, output: OutputFolder, terminal: Terminal) -> None:
+def compare(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
     """Render, measure and write everything into `output`, then publish it."""
     written = SCENES[options.scene].compare(options, start_blender(options.engines, terminal), output, terminal)
     terminal.say(f"Wrote {', '.join(written)} to {options.out}")
 
 
-def publish(options: Options, chosen: list["Engine"], output: OutputFolder, found: dict[str, object]) -> list[str]:
-    """Write what was `found` with the machine and the options as compare.json, publish all files and return their names."""
-    from true_diffuse.addon.probe.environment import environment
-
-    output.write_json("compare.json", {**found, "environment": environment(chosen), "options": vars_of(options)})
-    return output.publish()
-
-
-def _samples_of(options: Options, engine: "Engine") -> int:
-    return options.samples or SCENES[options.scene].samples[engine.key]
-
-
-def five_spec(options: Options, engines: Sequence[str], choices: Mapping[str, "Choice"]) -> "FiveSpec":
+def five_spec(options: Namespace, engines: Sequence[str], choices: Mapping[str, "Choice"]) -> "FiveSpec":
     """Return what the options ask for of the five characters. Raises BadInput where a character's file is not there."""
     from true_diffuse.scripts.studies.comparison.base import CHUNK
     from true_diffuse.scripts.studies.comparison.five import Configuration, JobSpec
@@ -270,7 +190,7 @@ def five_spec(options: Options, engines: Sequence[str], choices: Mapping[str, "C
     )
 
 
-def face_spec(options: Options, engines: Sequence[str]) -> "FaceSpec":
+def face_spec(options: Namespace, engines: Sequence[str]) -> "FaceSpec":
     """Return what the options ask for of the face. Raises BadInput where a character's file is not there."""
     from true_diffuse.scripts.studies.comparison.face import JobSpec
 
@@ -283,7 +203,7 @@ def face_spec(options: Options, engines: Sequence[str]) -> "FaceSpec":
     )
 
 
-def write_job(options: Options, output: OutputFolder, terminal: Terminal) -> None:
+def write_job(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
     """Write the job that renders and measures the scene."""
     load_bpy()
     from true_diffuse.scripts.farm import comparison, jobs
@@ -296,7 +216,7 @@ def write_job(options: Options, output: OutputFolder, terminal: Terminal) -> Non
     jobs.write_job(f"True Diffuse, scene {options.scene}", description, document, comparison.steps(spec), target, output, terminal)
 
 
-def compare_five(options: Options, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> list[str]:
+def compare_five(options: Namespace, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> list[str]:
     """Compare the five characters with the analytic models."""
     from true_diffuse.scripts.studies import five
     from true_diffuse.scripts.studies.comparison.five import Renderer
@@ -314,7 +234,7 @@ def compare_five(options: Options, chosen: list["Engine"], output: OutputFolder,
     return written
 
 
-def _render(renderer: "Renderer[Any]", options: Options, output: OutputFolder, terminal: Terminal) -> "Collected":
+def _render(renderer: "Renderer[Any]", options: Namespace, output: OutputFolder, terminal: Terminal) -> "Collected":
     """Render all that a renderer's spec asks for; return what it comes to, pictures in `output`. Raises BadInput."""
     from true_diffuse.scripts.studies import pictures
     from true_diffuse.scripts.studies.comparison.base import Collected
@@ -335,8 +255,8 @@ def _render(renderer: "Renderer[Any]", options: Options, output: OutputFolder, t
     return collected
 
 
-def _pick(options: Options, chosen: list["Engine"], terminal: Terminal) -> dict[str, "Choice"]:
-    """Return mode and samples for each engine by its key, having said what they are; nothing where no error was asked for."""
+def _pick(options: Namespace, chosen: list["Engine"], terminal: Terminal) -> dict[str, "Choice"]:
+    """Return quality and samples for each engine by its key, having said what they are; nothing where no error was asked for."""
     from true_diffuse.addon.probe import tolerance
     from true_diffuse.addon.probe.environment import environment
 
@@ -358,7 +278,7 @@ def _pick(options: Options, chosen: list["Engine"], terminal: Terminal) -> dict[
 
 
 def _got(
-    options: Options, choices: Mapping[str, "Choice"], records: list["Record"], terminal: Terminal
+    options: Namespace, choices: Mapping[str, "Choice"], records: list["Record"], terminal: Terminal
 ) -> dict[str, dict[str, object]]:
     """Return what was picked and what came of it, by engine, and say so: the largest error of the rough characters."""
     from true_diffuse.addon.measure.record import LABELS
@@ -386,7 +306,7 @@ def _describe_optimized(found: Mapping[str, list["OptimizedNode"]], terminal: Te
             terminal.table(f"Materials optimized for {label}", COLUMNS, rows(findings))
 
 
-def compare_face(options: Options, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> list[str]:
+def compare_face(options: Namespace, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> list[str]:
     """Compare the engines' heads with BRDF, BSSRDF and the mixed model with those of Cycles, region by region."""
     from true_diffuse.scripts.studies import face as study
     from true_diffuse.scripts.studies.comparison.face import Renderer
@@ -398,17 +318,19 @@ def compare_face(options: Options, chosen: list["Engine"], output: OutputFolder,
     return written
 
 
-def compare_searchlight(options: Options, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> list[str]:
+def compare_searchlight(options: Namespace, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> list[str]:
     """Compare where a narrow beam's light leaves a slab with Burley and the dipole."""
+    from true_diffuse.addon.probe.environment import environment
     from true_diffuse.scripts.studies import searchlight
 
     if options.save_blend:
         raise BadInput("--scene searchlight has no scene to save: it is built anew for every ring")
-    samples = {engine.key: _samples_of(options, engine) for engine in chosen}
+    samples = {engine.key: options.samples or SCENES["searchlight"].samples[engine.key] for engine in chosen}
     with terminal.progress(searchlight.work(chosen)) as progress:
         records = list(searchlight.records(chosen, samples, progress))
     output.write_text("searchlight.svg", searchlight.svg(records, *options.resolution))
-    written = publish(options, chosen, output, {"records": records})
+    output.write_json("compare.json", {"records": records, "environment": environment(chosen), "options": vars_of(options)})
+    written = output.publish()
     terminal.table("Where a narrow beam's light leaves the slab, R [1 / mfp^2]", *searchlight.table(records))
     return written
 
@@ -418,35 +340,35 @@ SCENES = {
         compare=compare_five,
         resolution=(1280, 480),
         samples={"eevee": 16, "cycles": 32, "realtime": 16},
-        knows={
-            "character": ["human"],
+        options={
+            "characters": ["human"],
             "frames": None,
-            "sigma": (0.0, 0.2, 0.33),
+            "sigmas": (0.0, 0.2, 0.33),
             "albedo": 0.8,
             "full_figure": False,
             "error": None,
+            "optimize": True,
             "job": None,
-        }
-        | OPTIMIZE,
+        },
     ),
     "face": Scene(
         compare=compare_face,
         resolution=(1200, 480),
         samples={"eevee": 32, "cycles": 20, "realtime": 32},
-        knows={"character": ["human"], "job": None} | OPTIMIZE,
+        options={"characters": ["human"], "optimize": True, "job": None},
     ),
     "searchlight": Scene(
         compare=compare_searchlight,
         resolution=(900, 560),
         samples={"eevee": 16, "cycles": 1024},
-        knows={},
+        options={},
     ),
 }
 
 
-def vars_of(options: Options) -> dict[str, object]:
+def vars_of(options: Namespace) -> dict[str, object]:
     """Return the options as they are kept in compare.json; those that the scene has not are left out."""
-    known = {name: value for name, value in asdict(options).items() if value is not None or name == "samples"}
+    known = {name: value for name, value in vars(options).items() if value is not None or name == "samples"}
     return {name: str(value) if isinstance(value, Path) else value for name, value in known.items()}
 
 
