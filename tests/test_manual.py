@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The manual's pages say what the groups are, and have a picture of every socket that shows."""
+"""The manual's pages match the groups and have a picture of every socket."""
 
 import re
 from pathlib import Path
@@ -23,9 +23,9 @@ def test_page_is_what_the_group_is_now(group: Group) -> None:
 def test_page_has_every_socket_and_its_picture(group: Group) -> None:
     page = (manual.PAGES / f"{group.key}.md").read_text(encoding="utf-8")
     assert re.findall(r"^## (.*)$", page, re.MULTILINE) == [socket.name for socket in group.inputs]
-    pictures = re.findall(r"\]\((.*?\.webp)\)", page)
-    assert len(pictures) == len(group.inputs) - 1  # the normal has none
-    assert all((manual.PAGES / name).is_file() for name in pictures)
+    names = re.findall(r"\]\((.*?\.webp)\)", page)
+    assert len(names) == len(group.inputs) - 1  # the normal has none
+    assert all((manual.PAGES / name).is_file() for name in names)
 
 
 def test_strip_puts_pictures_side_by_side_above_their_captions(tmp_path: Path) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes the manual: a page for each group, from the group's own sockets, each with a picture at three values or of every entry.
+"""Writes the manual: a page for each node group from its own sockets, with pictures at three values or of every menu entry.
 
 uv run scripts/release/manual.py [OPTIONS]
 blender -b --python scripts/release/manual.py -- [OPTIONS]
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 PAGES = Path(__file__).resolve().parents[2] / "scripts" / "manual"
 SIZE = 176  # pixels each way, of one value
 WARM, COOL, DARK = (0.8, 0.45, 0.25, 1.0), (0.3, 0.5, 0.7, 1.0), (0.1, 0.1, 0.1, 1.0)
-# By group and socket: the values to show, and what else is set so that they can be seen. A menu shows all of its entries.
+# The values to show, by group and socket. A menu shows all of its entries.
 VALUES: dict[str, dict[str, Sequence["Setting"]]] = {
     "rough_diffuse": {"Color": (DARK, WARM, COOL), "Roughness": (0.0, 0.33, 1.0), "IOR": (1.0, 1.5, 3.0)},
     "subsurface": {
@@ -45,12 +45,12 @@ VALUES: dict[str, dict[str, Sequence["Setting"]]] = {
     },
     "specular": {"Color": (DARK, WARM, COOL), "Specular": (0.0, 0.1, 0.4), "Exponent": (5.0, 20.0, 100.0)},
 }
-USUAL: dict[str, dict[str, "Setting"]] = {  # what else a group is set to
+BASE: dict[str, dict[str, "Setting"]] = {  # the group's other inputs
     "rough_diffuse": {"Color": (0.6, 0.6, 0.6, 1.0)},
     "subsurface": {"Color": (0.65, 0.4, 0.3, 1.0), "Specular": 0.5},
     "specular": {"Color": (0.15, 0.15, 0.18, 1.0), "Specular": 0.2},
 }
-ALSO: dict[tuple[str, str], dict[str, "Setting"]] = {  # where that would hide what a socket does
+OVERRIDES: dict[tuple[str, str], dict[str, "Setting"]] = {  # where those would hide what a socket does
     ("rough_diffuse", "Model"): {"Roughness": 0.7},
     ("rough_diffuse", "Quality"): {"Roughness": 1.0},
     ("rough_diffuse", "IOR"): {"Model": "Wolff"},
@@ -61,15 +61,15 @@ ALSO: dict[tuple[str, str], dict[str, "Setting"]] = {  # where that would hide w
     ("subsurface", "Specular Roughness"): {"Color": DARK, "Specular": 1.0},
     ("subsurface", "IOR"): {"Color": DARK, "Specular": 1.0},
 }
-IN_EEVEE = {("rough_diffuse", "Quality")}  # what makes no difference in Cycles
-KINDS = {"NodeSocketFloat": "number", "NodeSocketColor": "color", "NodeSocketVector": "vector", "NodeSocketMenu": "menu"}
+IN_EEVEE = {("rough_diffuse", "Quality")}  # makes no difference in Cycles
+SOCKET_TYPES = {"NodeSocketFloat": "number", "NodeSocketColor": "color", "NodeSocketVector": "vector", "NodeSocketMenu": "menu"}
 
 
 def main() -> int:
     """Run the script; returns the exit status."""
     parser = Parser(prog="manual.py", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--samples", type=sample_count, default=128, metavar="N", help="per pixel (default: 128)")
-    parser.add_argument("--out", type=Path, default=PAGES, metavar="DIR", help="folder to write (default: addon/nodes)")
+    parser.add_argument("--out", type=Path, default=PAGES, metavar="DIR", help="folder to write (default: scripts/manual)")
     options = parser.parse_args(script_arguments())
     return run_script("manual.py", options.out, partial(manual, options.samples))
 
@@ -88,7 +88,7 @@ def manual(samples: int, output: OutputFolder, terminal: Terminal) -> None:
     scene.render.image_settings.file_format = "PNG"
     scene.render.resolution_x = scene.render.resolution_y = SIZE
     scene.cycles.use_denoising = True
-    pictures = [(group, socket) for group in GROUPS for socket in group.inputs if _is_shown(group, socket)]
+    pictures = [(group, socket) for group in GROUPS for socket in group.inputs if _has_picture(group, socket)]
     chosen_lights.choose([item for item in scene.objects if item.type == "LIGHT"])
     with terminal.progress(len(pictures)) as progress:
         for group, socket in pictures:
@@ -101,7 +101,7 @@ def manual(samples: int, output: OutputFolder, terminal: Terminal) -> None:
     terminal.say(f"Wrote {', '.join(output.publish())}")
 
 
-def _is_shown(group: "Group", socket: "Socket") -> bool:
+def _has_picture(group: "Group", socket: "Socket") -> bool:
     return socket.kind == "NodeSocketMenu" or socket.name in VALUES[group.key]
 
 
@@ -118,13 +118,12 @@ def strip(subject: "bpy.types.Object", group: "Group", socket: "Socket", engine:
     engines.use(scene, engine, samples)
     scene.cycles.use_denoising = True
     parts = []
-    for place, value in enumerate(values):
-        also = ALSO.get((group.key, socket.name), {})
-        subject.active_material = materials.create("Shown", group, **{**USUAL[group.key], **also, socket.name: value})
-        parts.append(folder / f"{place}.png")
+    for index, value in enumerate(values):
+        subject.active_material = materials.create("Subject", group, **{**other_inputs(group, socket), socket.name: value})
+        parts.append(folder / f"{index}.png")
         scene.render.filepath = str(parts[-1])
         bpy.ops.render.render(write_still=True)
-    pictures.strip(parts, folder / picture_name(group, socket), [shown(value) for value in values])
+    pictures.strip(parts, folder / picture_name(group, socket), [text(value) for value in values])
     for part in parts:
         part.unlink()
 
@@ -134,15 +133,21 @@ def picture_name(group: "Group", socket: "Socket") -> str:
     return f"{group.key}_{socket.name.lower().replace(' ', '_')}.webp"
 
 
-def shown(value: "Setting") -> str:
-    """Return a value as captions and pages have it."""
+def other_inputs(group: "Group", socket: "Socket") -> dict[str, "Setting"]:
+    """Return the values of the inputs other than `socket` in its picture."""
+    inputs = {**BASE[group.key], **OVERRIDES.get((group.key, socket.name), {})}
+    return {name: value for name, value in inputs.items() if name != socket.name}
+
+
+def text(value: "Setting") -> str:
+    """Return the text of a value in captions and pages."""
     if isinstance(value, tuple):
         return ", ".join(f"{component:g}" for component in value[:3])
     return value if isinstance(value, str) else f"{value:g}"
 
 
 def entries(group: "Group", socket: "Socket") -> dict[str, str]:
-    """Return the entries of a menu with their descriptions, as the built group has them; its Model's come from inside."""
+    """Return the entries of the menu `socket` with their descriptions, from the menu switch in the built group."""
     for tree in _trees(group.ensure()):
         for node in tree.nodes:
             if node.bl_idname == "GeometryNodeMenuSwitch" and node.inputs[0].is_linked:
@@ -164,30 +169,28 @@ def page(group: "Group") -> str:
     for socket in group.inputs:
         lines += [f"## {socket.name}", "", f"{socket.description}.", "", _facts(socket), ""]
         if socket.kind == "NodeSocketMenu":
-            lines += [f"- **{name}**: {text}" for name, text in entries(group, socket).items()] + [""]
-        if _is_shown(group, socket):
+            lines += [f"- **{name}**: {description}" for name, description in entries(group, socket).items()] + [""]
+        if _has_picture(group, socket):
             engine = "EEVEE" if (group.key, socket.name) in IN_EEVEE else "Cycles"
-            settings = {**USUAL[group.key], **ALSO.get((group.key, socket.name), {})}
-            settings.pop(socket.name, None)
-            also = ", ".join(f"{name} {shown(value)}" for name, value in settings.items())
-            also = f", with {also}" if also else ""
+            others = ", ".join(f"{name} {text(value)}" for name, value in other_inputs(group, socket).items())
+            others = f", with {others}" if others else ""
             lines += [
                 f"![{socket.name}, {engine}]({picture_name(group, socket)})",
                 "",
-                f"In {engine}{also}; the head is 3 cm high.",
+                f"In {engine}{others}; the head is 3 cm high.",
                 "",
             ]
     return "\n".join(lines)
 
 
 def _facts(socket: "Socket") -> str:
-    """Return a socket's kind, default and range as a line."""
-    facts = [f"A {KINDS[socket.kind]}"]
+    """Return a socket's type, default and range as a line."""
+    facts = [f"A {SOCKET_TYPES[socket.kind]}"]
     if socket.hide_value:
         facts.append("used where something is connected")
     elif socket.default is not None:
         default = socket.default if isinstance(socket.default, (str, tuple)) else round(socket.default, 4)
-        facts.append(f"{shown(default)} by default")
+        facts.append(f"{text(default)} by default")
     if socket.minimum is not None:
         facts.append(f"{socket.minimum:g} to {socket.maximum:.4g}" if socket.maximum is not None else f"{socket.minimum:g} or more")
     return "; ".join(facts) + "."

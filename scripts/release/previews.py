@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders the pictures of the presets and groups that menus and asset library show, with Cycles on the CPU.
+"""Renders the previews of presets and groups in the menus and the asset library, with Cycles on the CPU.
 
 uv run scripts/release/previews.py [OPTIONS]
 blender -b --python scripts/release/previews.py -- [OPTIONS]
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 PICTURES = Path(__file__).resolve().parents[2] / "addon" / "previews"
 SIZE = 128  # pixels: what the Asset Browser keeps
 QUALITY = 55  # of WebP, in percent: some 1 kB each
-HEIGHT = 0.03  # m, of a monkey: ears of 2 mm, where millimetres show
+HEIGHT = 0.03  # m, of a monkey: its ears are 2 mm thick, so that millimetres show
 VOXEL = 0.012  # heights
-# Place [heights from the middle], size [heights], radiance of a white surface in the middle that faces it
+# Position [heights from the middle], size [heights], radiance of a white surface in the middle facing it
 LIGHTS = (
     ((-1.6, -2.2, 1.8), 1.5, 0.9),  # key: soft, from the left
-    ((1.2, 1.7, 0.9), 0.8, 3.5),  # from behind: comes through the ear
+    ((1.2, 1.7, 0.9), 0.8, 3.5),  # from behind, through the ear
 )
 WORLD = 0.15
 
@@ -71,18 +71,19 @@ def previews(samples: int, out: Path, output: OutputFolder, terminal: Terminal) 
 
 
 def build(scene: "bpy.types.Scene") -> "bpy.types.Object":
-    """Set `scene` up for the pictures; returns the object that wears the material."""
+    """Set up `scene` for the pictures; return the object that takes the material."""
     import bpy
 
-    from mathutils import Vector
+    from mathutils import Matrix, Vector
 
+    from true_diffuse.scenes.elements import towards, uniform_world
     from true_diffuse.scenes.subject import HEIGHT as UPRIGHT
     from true_diffuse.scripts.characters import character
 
     subject = bpy.data.objects.new("Subject", character.load("monkey"))
     subject.scale = (HEIGHT / UPRIGHT,) * 3
     subject.rotation_euler.z = math.radians(-25.0)
-    # One closed surface: light would meet the eyeballs inside the head.
+    # One closed surface; else light would hit the eyeballs inside the head.
     remesh = subject.modifiers.new("Remesh", "REMESH")
     remesh.voxel_size, remesh.use_smooth_shade = VOXEL * UPRIGHT, True
     scene.collection.objects.link(subject)
@@ -90,31 +91,31 @@ def build(scene: "bpy.types.Scene") -> "bpy.types.Object":
 
     def place(item: bpy.types.Object, offset: tuple[float, float, float]) -> None:
         away = HEIGHT * Vector(offset)
-        item.matrix_world = away.to_track_quat("Z", "Y").to_matrix().to_4x4()
-        item.matrix_world.translation = middle + away
+        item.matrix_world = Matrix.Translation(middle + away) @ towards(away)
         scene.collection.objects.link(item)
 
     for offset, size, irradiance in LIGHTS:
-        lamp = bpy.data.lights.new("Light", "AREA")
-        lamp.shape, lamp.size = "DISK", size * HEIGHT
-        # far from it, an area lamp of P watts gives P / (pi d^2)
-        lamp.energy = irradiance * math.pi * math.pi * (HEIGHT * Vector(offset).length) ** 2
-        place(bpy.data.objects.new("Light", lamp), offset)
+        light = bpy.data.lights.new("Light", "AREA")
+        light.shape, light.size = "DISK", size * HEIGHT
+        # at a distance d, an area light of P watts gives an irradiance of P / (pi d^2)
+        light.energy = irradiance * math.pi * math.pi * (HEIGHT * Vector(offset).length) ** 2
+        place(bpy.data.objects.new("Light", light), offset)
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.data.type, camera.data.ortho_scale = "ORTHO", 1.36 * HEIGHT
     camera.data.clip_start = 0.1 * HEIGHT
     place(camera, (0.0, -5.0, 0.5))
     scene.camera = camera
-    scene.world = bpy.data.worlds.new("World")
-    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (WORLD, WORLD, WORLD, 1.0)
+    scene.world = uniform_world("World", (WORLD, WORLD, WORLD))
     scene.render.film_transparent = True
     scene.render.resolution_x = scene.render.resolution_y = SIZE
     scene.render.dither_intensity = 0.0  # small files
     for name in dir(scene.render):
-        if name.startswith("use_stamp_"):  # date, times and paths, which a PNG holds too
+        if name.startswith("use_stamp_"):  # date, times and paths, which a PNG holds, too
             setattr(scene.render, name, False)
     scene.render.image_settings.file_format = "WEBP"
-    scene.render.image_settings.color_mode = "RGB"  # on black: alpha, which WebP keeps exactly, would take more than the picture
+    scene.render.image_settings.color_mode = (
+        "RGB"  # on black: alpha, which WebP stores losslessly, would be larger than the picture
+    )
     scene.render.image_settings.quality = QUALITY
     scene.view_settings.view_transform = "Khronos PBR Neutral"
     return subject
