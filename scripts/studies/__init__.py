@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What scripts and tests measure: each study yields records, for a file, and makes a table or a picture of them, for people."""
+"""Measurements behind the figures: each study yields records for a results file and makes tables or pictures of them."""
