@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Renders the README's picture: a clay head and a dusty face, by Blender's own Diffuse BSDF in EEVEE and by True Diffuse.
+
+uv run scripts/release/readme_picture.py                  writes scripts/manual/difference.webp; a minute
+"""
+
+import math
+import sys
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import checkout  # noqa: F401 - makes this checkout the package true_diffuse
+from true_diffuse.scripts.cli.console import Parser, Terminal, script_arguments
+from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.startup import load_character, run_script, start_blender
+
+if TYPE_CHECKING:
+    import bpy
+
+OUT = Path(__file__).resolve().parents[2] / "scripts" / "manual"
+NAME = "difference.webp"
+SIZE = (460, 330)  # pixels of one column, which shows both heads
+SAMPLES = {"eevee": 64, "cycles": 256}
+CLAY, DUST = (0.62, 0.47, 0.36), (0.5, 0.44, 0.38)  # linear albedo
+DUSTINESS = 0.55  # fraction of the painted skin's color that dust covers
+ROUGHNESS = 1.0
+SPACING, HEIGHT = 0.3, 0.36  # m, between the heads, and of what is shown from a little above the crown down
+YAW = math.radians(-24.0)
+KEY, IRRADIANCE, ANGLE = (-0.42, -1.0, 0.3), 3.4, math.radians(6.0)  # towards the sun; W/m^2; the sun's diameter
+SKY = 0.03  # radiance of the surroundings [W/(m^2 sr)]
+
+
+def main() -> int:
+    """Run the script; returns the exit status."""
+    parser = Parser(prog="readme_picture.py", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=OUT, metavar="DIR", help="folder to write (default: scripts/manual)")
+    options = parser.parse_args(script_arguments())
+    return run_script("readme_picture.py", options.out, partial(draw, options.out))
+
+
+def draw(out: Path, staging: Staging, terminal: Terminal) -> None:
+    """Render the columns into `staging`, put them side by side and publish the picture."""
+    chosen = start_blender(("eevee", "cycles"), terminal)
+    import bpy
+
+    from true_diffuse.addon.blender import engines
+    from true_diffuse.addon.material import materials
+    from true_diffuse.scripts.studies import picture
+
+    scene, heads = build(load_character("human"))
+    columns = [("Blender's Diffuse BSDF, EEVEE", False, "eevee"), ("True Diffuse, EEVEE", True, "eevee")]
+    columns.append(("True Diffuse, Cycles", True, "cycles"))
+    with terminal.progress(len(columns)) as progress:
+        for index, (label, is_ours, key) in enumerate(columns):
+            with progress.step(label, 1.0):
+                engine = engines.ENGINES[key]
+                if engine not in chosen:
+                    raise RuntimeError(f"{engine.label} does not run here")
+                for head, paint in heads:
+                    head.material_slots[0].material = material(paint, is_ours)
+                engines.use(scene, engine, SAMPLES[key])
+                scene.render.filepath = str(staging.folder / f"{index}.png")
+                bpy.ops.render.render(scene=scene.name, write_still=True)
+    parts = [staging.folder / f"{index}.png" for index in range(len(columns))]
+    picture.strip(parts, staging.folder / NAME, [label for label, _, _ in columns])
+    for part in parts:
+        part.unlink()
+    staging.publish()
+    terminal.say(f"Wrote {NAME}, {(out / NAME).stat().st_size / 1000.0:.0f} kB, to {out}")
+
+
+def material(paint: str, is_ours: bool) -> "bpy.types.Material":
+    """Return a material of `paint`, "clay" or "dust"."""
+    from true_diffuse.addon.material import materials
+    from true_diffuse.addon.nodes import ROUGH_DIFFUSE
+    from true_diffuse.scenes.subject import ALBEDO_ATTRIBUTE
+
+    if is_ours:
+        made = materials.create(paint, ROUGH_DIFFUSE, Model="Cycles Diffuse", Roughness=ROUGHNESS, Quality="Precise")
+        node = made.node_tree.nodes[ROUGH_DIFFUSE.name]
+    else:
+        made, node = materials.create_plain(paint)
+        node.inputs["Roughness"].default_value = ROUGHNESS
+    if paint == "clay":
+        node.inputs["Color"].default_value = (*CLAY, 1.0)
+    else:
+        tree = made.node_tree
+        source, mix = tree.nodes.new("ShaderNodeAttribute"), tree.nodes.new("ShaderNodeMix")
+        source.attribute_name = ALBEDO_ATTRIBUTE
+        mix.data_type = "RGBA"
+        factor, skin, dust = (socket for socket in mix.inputs if socket.enabled)
+        factor.default_value, dust.default_value = DUSTINESS, (*DUST, 1.0)
+        tree.links.new(source.outputs["Color"], skin)
+        tree.links.new(next(socket for socket in mix.outputs if socket.enabled), node.inputs["Color"])
+    return made
+
+
+def build(mesh: "bpy.types.Mesh") -> "tuple[bpy.types.Scene, list[tuple[bpy.types.Object, str]]]":
+    """Return a scene with two heads of `mesh`, and these with the paint of each."""
+    import bpy
+
+    from mathutils import Matrix, Vector
+
+    scene = bpy.data.scenes.new("Difference")
+    scene.render.resolution_x, scene.render.resolution_y = SIZE
+    scene.view_settings.view_transform = "Standard"
+    scene.render.image_settings.file_format = "PNG"
+    top = max(vertex.co.z for vertex in mesh.vertices)
+    heads = []
+    for side, paint in ((-0.5, "clay"), (0.5, "dust")):
+        head = bpy.data.objects.new(paint, mesh)
+        head.matrix_world = Matrix.Translation((side * SPACING, -side * 0.3, 0.0)) @ Matrix.Rotation(YAW, 4, "Z")
+        head.material_slots[0].link = "OBJECT"
+        scene.collection.objects.link(head)
+        heads.append((head, paint))
+    sun = bpy.data.objects.new("Key", bpy.data.lights.new("Key", "SUN"))
+    sun.data.energy, sun.data.angle = IRRADIANCE, ANGLE
+    sun.matrix_world = Vector(KEY).to_track_quat("Z", "Y").to_matrix().to_4x4()
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.data.type, camera.data.sensor_fit, camera.data.ortho_scale = "ORTHO", "VERTICAL", HEIGHT
+    camera.data.clip_start, camera.data.clip_end = 1.0, 10.0
+    camera.matrix_world = Matrix.Translation((0.0, -5.0, top + 0.02 - HEIGHT / 2)) @ Matrix.Rotation(math.pi / 2, 4, "X")
+    for item in (sun, camera):
+        scene.collection.objects.link(item)
+    scene.camera = camera
+    scene.world = bpy.data.worlds.new("Surroundings")
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (SKY, SKY, SKY, 1.0)
+    return scene, heads
+
+
+if __name__ == "__main__":
+    status = main()
+    sys.stdout.flush()
+    sys.exit(status)
