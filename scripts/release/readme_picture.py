@@ -47,8 +47,7 @@ def draw(out: Path, staging: Staging, terminal: Terminal) -> None:
     import bpy
 
     from true_diffuse.addon.blender import engines
-    from true_diffuse.addon.material import materials
-    from true_diffuse.scripts.studies import picture
+    from true_diffuse.scripts.studies import pictures
 
     scene, heads = build(load_character("human"))
     columns = [("Blender's Diffuse BSDF, EEVEE", False, "eevee"), ("True Diffuse, EEVEE", True, "eevee")]
@@ -65,7 +64,7 @@ def draw(out: Path, staging: Staging, terminal: Terminal) -> None:
                 scene.render.filepath = str(staging.folder / f"{index}.png")
                 bpy.ops.render.render(scene=scene.name, write_still=True)
     parts = [staging.folder / f"{index}.png" for index in range(len(columns))]
-    picture.strip(parts, staging.folder / NAME, [label for label, _, _ in columns])
+    pictures.strip(parts, staging.folder / NAME, [label for label, _, _ in columns])
     for part in parts:
         part.unlink()
     staging.publish()
