@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import Parser, Terminal, script_arguments
-from true_diffuse.scripts.cli.outputs import Staging
+from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import load_character, run_script, start_blender
 
 if TYPE_CHECKING:
@@ -23,11 +23,12 @@ if TYPE_CHECKING:
 OUT = Path(__file__).resolve().parents[2] / "scripts" / "manual"
 NAME = "difference.webp"
 SIZE = (460, 330)  # pixels of one column, which shows both heads
-SAMPLES = {"eevee": 64, "cycles": 256}
+SAMPLES = {"eevee": 32, "cycles": 256}
 CLAY, DUST = (0.62, 0.47, 0.36), (0.5, 0.44, 0.38)  # linear albedo
 DUSTINESS = 0.55  # fraction of the painted skin's color that dust covers
 ROUGHNESS = 1.0
-SPACING, HEIGHT = 0.3, 0.36  # m, between the heads, and of what is shown from a little above the crown down
+SPACING, HEIGHT = 0.26, 0.36  # m, between the heads, and of what is shown from a little above the crown down
+ASIDE = -0.04  # m, of the camera: the heads look to its left
 YAW = math.radians(-24.0)
 KEY, IRRADIANCE, ANGLE = (-0.42, -1.0, 0.3), 3.4, math.radians(6.0)  # towards the sun; W/m^2; the sun's diameter
 SKY = 0.03  # radiance of the surroundings [W/(m^2 sr)]
@@ -41,8 +42,8 @@ def main() -> int:
     return run_script("readme_picture.py", options.out, partial(draw, options.out))
 
 
-def draw(out: Path, staging: Staging, terminal: Terminal) -> None:
-    """Render the columns into `staging`, put them side by side and publish the picture."""
+def draw(out: Path, output: OutputFolder, terminal: Terminal) -> None:
+    """Render the columns into `output`, put them side by side and publish the picture."""
     chosen = start_blender(("eevee", "cycles"), terminal)
     import bpy
 
@@ -61,13 +62,13 @@ def draw(out: Path, staging: Staging, terminal: Terminal) -> None:
                 for head, paint in heads:
                     head.material_slots[0].material = material(paint, is_ours)
                 engines.use(scene, engine, SAMPLES[key])
-                scene.render.filepath = str(staging.folder / f"{index}.png")
+                scene.render.filepath = str(output.folder / f"{index}.png")
                 bpy.ops.render.render(scene=scene.name, write_still=True)
-    parts = [staging.folder / f"{index}.png" for index in range(len(columns))]
-    pictures.strip(parts, staging.folder / NAME, [label for label, _, _ in columns])
+    parts = [output.folder / f"{index}.png" for index in range(len(columns))]
+    pictures.strip(parts, output.folder / NAME, [label for label, _, _ in columns])
     for part in parts:
         part.unlink()
-    staging.publish()
+    output.publish()
     terminal.say(f"Wrote {NAME}, {(out / NAME).stat().st_size / 1000.0:.0f} kB, to {out}")
 
 
@@ -78,7 +79,7 @@ def material(paint: str, is_ours: bool) -> "bpy.types.Material":
     from true_diffuse.scenes.subject import ALBEDO_ATTRIBUTE
 
     if is_ours:
-        made = materials.create(paint, ROUGH_DIFFUSE, Model="Cycles Diffuse", Roughness=ROUGHNESS, Quality="Precise")
+        made = materials.create(paint, ROUGH_DIFFUSE, Model="Cycles Diffuse", Roughness=ROUGHNESS)
         node = made.node_tree.nodes[ROUGH_DIFFUSE.name]
     else:
         made, node = materials.create_plain(paint)
@@ -121,7 +122,7 @@ def build(mesh: "bpy.types.Mesh") -> "tuple[bpy.types.Scene, list[tuple[bpy.type
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.data.type, camera.data.sensor_fit, camera.data.ortho_scale = "ORTHO", "VERTICAL", HEIGHT
     camera.data.clip_start, camera.data.clip_end = 1.0, 10.0
-    camera.matrix_world = Matrix.Translation((0.0, -5.0, top + 0.02 - HEIGHT / 2)) @ Matrix.Rotation(math.pi / 2, 4, "X")
+    camera.matrix_world = Matrix.Translation((ASIDE, -5.0, top + 0.02 - HEIGHT / 2)) @ Matrix.Rotation(math.pi / 2, 4, "X")
     for item in (sun, camera):
         scene.collection.objects.link(item)
     scene.camera = camera
