@@ -42,6 +42,13 @@ def eevee_runs_here() -> bool:
     return engines.eevee_runs_here()
 
 
+@pytest.fixture
+def driver(eevee_runs_here: bool) -> None:
+    """Skip the test where Blender finds no graphics driver."""
+    if not eevee_runs_here:
+        pytest.skip("no graphics driver here")
+
+
 @pytest.fixture(params=["eevee", "cycles"])
 def engine(request, eevee_runs_here: bool):
     from true_diffuse.addon.blender import engines

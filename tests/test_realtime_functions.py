@@ -27,14 +27,14 @@ from true_diffuse.scripts.studies.glsl_values import evaluate
 
 UP = (0.0, 0.0, 1.0)
 MUS = (1e-3, 0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
-ROUND = 2e-6  # of sums of a few numbers up to 1 in 32 bits, with diffuse_asin's 3e-7
+ROUND = 2e-6  # the rounding of sums of a few numbers up to 1 in 32 bits, with diffuse_asin's 3e-7
 HARD = (math.nan, math.inf, -math.inf, -1.0, 0.0, 1e-38, 1e-9, 0.5, 1.0, 2.0, 1e9, 3e38)
 
 
 @pytest.fixture(autouse=True)
-def driver(request, eevee_runs_here: bool) -> None:
-    if not eevee_runs_here and request.node.get_closest_marker("render"):
-        pytest.skip("no graphics driver here")
+def driver_to_render(request) -> None:
+    if request.node.get_closest_marker("render"):
+        request.getfixturevalue("driver")
 
 
 def values(stem: str, call: str, rows: Sequence[tuple[Sequence[float], ...]]) -> list[float]:
@@ -75,7 +75,7 @@ def albedos() -> list[Albedo]:
     return listed
 
 
-every_albedo = pytest.mark.parametrize("albedo", albedos(), ids=lambda one: f"{one.name}-{one.numbers[0]:.3g}")
+every_albedo = pytest.mark.parametrize("albedo", albedos(), ids=lambda albedo: f"{albedo.name}-{albedo.numbers[0]:.3g}")
 
 
 @pytest.mark.render
@@ -91,7 +91,7 @@ def test_albedo_is_that_of_its_model(albedo: Albedo) -> None:
 
 @pytest.mark.render
 @pytest.mark.parametrize(("sigma", "low"), [(math.pi / 2, 0.0027), (100.0, 0.0055)])
-def test_albedo_of_1994_lacks_what_it_says_where_it_is_cut_off(sigma: float, low: float) -> None:
+def test_albedo_of_1994_is_too_low_by_what_it_states_at_high_sigma(sigma: float, low: float) -> None:
     model = models.OrenNayar1994(sigma)
     cases = list(itertools.product((0.005, 0.01, 0.02, 0.1, 0.5), (0.01, 1.0)))
     rows = [(case, (model.a, model.b, model.interreflection)) for case in cases]
@@ -102,7 +102,7 @@ def test_albedo_of_1994_lacks_what_it_says_where_it_is_cut_off(sigma: float, low
 
 @pytest.mark.render
 @every_albedo
-def test_albedo_is_sane_for_any_cosine_and_color(albedo: Albedo) -> None:
+def test_albedo_is_finite_for_any_cosine_and_color(albedo: Albedo) -> None:
     cases = list(itertools.product(HARD, HARD))
     got = values("directional_albedo", albedo.call(), [(case, albedo.numbers) for case in cases])
     assert all(0.0 <= value < 1.052 for value in got)  # the 1994 model gains 5 % at grazing view
@@ -113,11 +113,13 @@ def test_albedo_is_sane_for_any_cosine_and_color(albedo: Albedo) -> None:
 
 
 @pytest.mark.render
-@pytest.mark.parametrize("name", sorted({one.name for one in albedos()}))
+@pytest.mark.parametrize("name", sorted({albedo.name for albedo in albedos()}))
 def test_albedo_channels_have_their_own_color(name: str) -> None:
-    one = next(one for one in albedos() if one.name == name)
-    gray = values("directional_albedo", one.call(), [((0.4, rho), one.numbers) for rho in (0.25, 0.5, math.nan)])
-    assert evaluate("directional_albedo", one.call(rho="vec3(0.25, 0.5, a.y)"), [((0.4, math.nan), one.numbers)]) == [tuple(gray)]
+    albedo = next(albedo for albedo in albedos() if albedo.name == name)
+    gray = values("directional_albedo", albedo.call(), [((0.4, rho), albedo.numbers) for rho in (0.25, 0.5, math.nan)])
+    assert evaluate("directional_albedo", albedo.call(rho="vec3(0.25, 0.5, a.y)"), [((0.4, math.nan), albedo.numbers)]) == [
+        tuple(gray)
+    ]
 
 
 @pytest.mark.parametrize(("mu", "exponent"), list(itertools.product((0.05, 0.3, 0.7, 1.0), (1.0, 30.0, 300.0))))
@@ -139,7 +141,7 @@ def test_quadrature_of_the_highlight_tends_to_a_gaussian_of_facets(t: float) -> 
 
 @pytest.mark.render
 @pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0, 10000.0])
-def test_albedo_of_the_highlight_is_as_near_as_it_says(exponent: float) -> None:
+def test_albedo_of_the_highlight_is_within_its_error(exponent: float) -> None:
     spread = min(1.0, 6.0 / math.sqrt(exponent + 1.0))
     mus = [spread * (i + 0.5) / 40 for i in range(40)] + [0.0, 0.2, 0.6, 0.95, 1.0]
     got = values("directional_albedo", "blinn_phong_albedo(a.x, vec3(0.25), 0.5, a.y)", [((mu, exponent),) for mu in mus])
@@ -191,7 +193,7 @@ def ggx(l: Vector, v: Vector, alpha: float) -> float:
 
 @pytest.mark.render
 @pytest.mark.parametrize("ior", [0.5, 1.0, 1.4, 3.0, math.nan])
-def test_coat_reflects_as_its_model(ior: float) -> None:
+def test_coat_fresnel_is_its_model(ior: float) -> None:
     cases = list(itertools.product((0.0, *MUS), (0.0, 0.2, 0.5, 1.0)))
     got = values("coat", "coat_fresnel(a.x, a.y, a.z)", [((*case, ior),) for case in cases])
     for (mu, roughness), value in zip(cases, got, strict=True):
@@ -203,7 +205,7 @@ SINGLE = "coat_highlight(coat_surface(a.xyz, c.xyz, a.w), b.xyz) * coat_single_a
 
 @pytest.mark.render
 @pytest.mark.parametrize("roughness", [0.1, 0.3, 0.5, 1.0])
-def test_coat_mirrors_once_as_ggx(roughness: float) -> None:
+def test_coat_single_scattering_is_ggx(roughness: float) -> None:
     dice = random.Random(2)
     pairs = [(from_polar(dice.random(), dice.uniform(0.0, 7.0)), from_polar(dice.random(), 0.0)) for _ in range(500)]
     pairs += [(from_polar(mu, math.pi + 0.05 * k), from_polar(mu, 0.0)) for mu in MUS[1:] for k in range(5)]  # where it shines
@@ -215,7 +217,7 @@ def test_coat_mirrors_once_as_ggx(roughness: float) -> None:
 
 
 @pytest.mark.render
-def test_coat_mirrors_once_the_same_both_ways() -> None:
+def test_coat_single_scattering_is_reciprocal() -> None:
     dice = random.Random(4)
     rows = []
     for _ in range(500):
@@ -244,7 +246,7 @@ def test_quadrature_of_the_coat_equals_that_over_lights(mu: float, alpha: float)
 
 
 @pytest.mark.render
-def test_coat_keeps_as_much_as_it_says() -> None:
+def test_coat_single_albedo_is_within_its_error() -> None:
     cases = [(mu, (i / 25) ** 2) for mu in (0.003, 0.03, 0.07, *(k / 15 for k in range(2, 16))) for i in range(1, 26)]
     for (mu, alpha), value in zip(cases, values("coat", "coat_single_albedo(a.x, a.y)", [(case,) for case in cases]), strict=True):
         assert value == pytest.approx(albedo.mirrored(mu, alpha), rel=0.016), (mu, alpha)
@@ -252,7 +254,7 @@ def test_coat_keeps_as_much_as_it_says() -> None:
 
 @pytest.mark.render
 @pytest.mark.parametrize(("mu", "roughness"), list(itertools.product((0.1, 0.5, 0.9), (0.45, 0.7, 1.0))))
-def test_coat_mirrors_all_of_a_white_sky(mu: float, roughness: float) -> None:
+def test_coat_reflects_all_of_a_white_sky(mu: float, roughness: float) -> None:
     order, rows, weights = 64, [], []
     breaks = (0.0, math.acos(mu), 0.5 * math.pi)
     for low, high in itertools.pairwise(breaks):
@@ -286,7 +288,7 @@ def test_coat_is_finite_for_anything() -> None:
 @pytest.mark.render
 @pytest.mark.usefixtures("empty_file")
 @pytest.mark.parametrize("roughness", [0.3, 0.6, 1.0])
-def test_coat_mirrors_as_cycles(roughness: float) -> None:
+def test_coat_is_that_of_cycles(roughness: float) -> None:
     sphere = sphere_under_sun(48)
     material = bpy.data.materials.new("Glossy")
     nodes = material.node_tree.nodes
@@ -311,7 +313,7 @@ def test_coat_mirrors_as_cycles(roughness: float) -> None:
     assert len(pixels) > 300
     got = values("coat", "coat_highlight(coat_surface(a.xyz, c.xyz, a.w), b.xyz)", rows)
     for pixel, value in zip(pixels, got, strict=True):
-        # what coat_single_albedo states, and Cycles has a table in its place
+        # the error that coat_single_albedo states; Cycles has a table in its place
         assert value * light.irradiance == pytest.approx(rgb[3 * pixel], rel=0.02)
 
 
@@ -340,33 +342,33 @@ def test_burley_profile_integrates_to_1() -> None:
 
 
 @pytest.mark.render
-def test_burley_radius_holds_the_share_it_is_asked_for() -> None:
-    shares = [10.0**-k for k in range(1, 30)] + [i / 100 for i in range(1, 100)] + [1.0 - 2.0**-k for k in range(4, 25)]
-    got = values("burley", "burley_radius(a.x, a.y)", [((share, D),) for share in shares])
-    for share, r in zip(shares, got, strict=True):
-        if share < 0.5:
-            assert Burley(D).cdf(r) == pytest.approx(share, rel=2e-6, abs=0.0)
+def test_burley_radius_holds_the_fraction_asked_for() -> None:
+    fractions = [10.0**-k for k in range(1, 30)] + [i / 100 for i in range(1, 100)] + [1.0 - 2.0**-k for k in range(4, 25)]
+    got = values("burley", "burley_radius(a.x, a.y)", [((fraction, D),) for fraction in fractions])
+    for fraction, r in zip(fractions, got, strict=True):
+        if fraction < 0.5:
+            assert Burley(D).cdf(r) == pytest.approx(fraction, rel=2e-6, abs=0.0)
         else:  # 1 - cdf
             x = r / D
-            assert 0.25 * math.exp(-x) + 0.75 * math.exp(-x / 3.0) == pytest.approx(1.0 - share, rel=3e-5, abs=0.0)
+            assert 0.25 * math.exp(-x) + 0.75 * math.exp(-x / 3.0) == pytest.approx(1.0 - fraction, rel=3e-5, abs=0.0)
     assert got[:29] == sorted(got[:29], reverse=True)
 
 
 @pytest.mark.render
 def test_burley_samples_have_the_density_it_says() -> None:
-    # the share between two radii over the area of the ring
+    # the fraction between two radii over the area of the ring
     cases = [0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99]
     step = 2.0**-9
     low, high = (values("burley", "burley_radius(a.x, a.y)", [((xi + sign * step, D),) for xi in cases]) for sign in (-0.5, 0.5))
     middle = values("burley", "burley_density(burley_radius(a.x, a.y), a.y)", [((xi, D),) for xi in cases])
     for inner, outer, density in zip(low, high, middle, strict=True):
         ring = math.pi * (outer - inner) * (outer + inner)
-        # r goes by log(1 - share), whose second difference over its first is (step / (1 - share))^2 / 12, 1 / 300 for the last
+        # r goes by log(1 - fraction), whose second difference over its first is (step / (1 - fraction))^2 / 12, 1 / 300 for the last
         assert step / ring == pytest.approx(density, rel=0.01)
 
 
 @pytest.mark.render
-def test_burley_d_gives_the_edge_of_the_medium() -> None:
+def test_burley_d_gives_the_edge_width_of_the_medium() -> None:
     cases = list(itertools.product((0.0, 0.1, 0.5, 0.9, 1.0), (1e-3, 0.7, 20.0)))
     got = evaluate("burley", "burley_d(vec3(a.x, 0.3, 0.6), vec3(a.y, 1.0, 2.0))", [(case,) for case in cases])
     for (color, path), value in zip(cases, got, strict=True):

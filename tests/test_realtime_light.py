@@ -49,12 +49,6 @@ MODELS: dict[str, tuple[Model, dict[str, float]]] = {
 }
 
 
-@pytest.fixture
-def driver(eevee_runs_here: bool) -> None:
-    if not eevee_runs_here:
-        pytest.skip("no graphics driver here")
-
-
 def material(name: str, color: Sequence[float] = COLOR) -> bpy.types.Material:
     """Return a material of one of MODELS."""
     group, menu = (SPECULAR_GROUP, {}) if name == "Specular" else (ROUGH_DIFFUSE, {"Model": name})

@@ -35,9 +35,8 @@ def test_readme_names_files_that_exist() -> None:
 
 
 @pytest.mark.render
-def test_readme_example_is_the_model(eevee_runs_here: bool) -> None:
-    if not eevee_runs_here:
-        pytest.skip("no graphics driver here")
+@pytest.mark.usefixtures("driver")
+def test_readme_example_is_the_model() -> None:
     included = re.findall(r"(\w+\.glsl)", EXAMPLE.splitlines()[0])
     functions = "\n".join([*((SHADERS / name).read_text() for name in included), EXAMPLE])
     dice = random.Random(7)
