@@ -363,7 +363,7 @@ def test_burley_samples_have_the_density_it_says() -> None:
     middle = values("burley", "burley_density(burley_radius(a.x, a.y), a.y)", [((xi, D),) for xi in cases])
     for inner, outer, density in zip(low, high, middle, strict=True):
         ring = math.pi * (outer - inner) * (outer + inner)
-        # r goes by log(1 - fraction), whose second difference over its first is (step / (1 - fraction))^2 / 12, 1 / 300 for the last
+        # r follows log(1 - xi), whose second difference over its first is (step / (1 - xi))^2 / 12, 1 / 300 for the last
         assert step / ring == pytest.approx(density, rel=0.01)
 
 
