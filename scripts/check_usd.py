@@ -94,18 +94,7 @@ def formula(data: dict) -> tuple[Model, Sequence[float]] | None:
         return None
     if data["group"] == "specular":
         return models.Specular(inputs["Specular"], inputs["Exponent"]), inputs["Color"][:3]
-    roughness = inputs["Roughness"]
-    known = {
-        "Lambert": models.Lambert(),
-        "Oren-Nayar": models.OrenNayar(roughness),
-        "Fujii": models.Fujii(roughness),
-        "EON": models.Eon(roughness),
-        "Cycles Diffuse": models.CyclesDiffuse(roughness),
-        "Oren-Nayar 1994": models.OrenNayar1994(roughness),
-        "Wolff": models.Wolff(inputs["IOR"]),
-        "Pitted (Koenderink)": models.Pits(),
-    }
-    return known[inputs["Model"]], inputs["Color"][:3]
+    return models.by_label(inputs["Model"]).reference(inputs), inputs["Color"][:3]
 
 
 def glsl_error(code: str, data: dict) -> dict[str, float]:

@@ -66,8 +66,8 @@ vec3 wolff_albedo(float mu, vec3 rho, vec2 nn)
     return diffuse_albedo(rho) * (average * wolff_transmittance(max(1e-9, diffuse_range(mu, 1.0)), nn));
 }
 
-// Returns the albedo of pits.glsl, rho / (2 - rho) at every mu; rho: the albedo of the walls.
-vec3 pits_albedo(float mu, vec3 rho)
+// Returns the albedo of pitted.glsl, rho / (2 - rho) at every mu; rho: the albedo of the walls.
+vec3 pitted_albedo(float mu, vec3 rho)
 {
     vec3 color = diffuse_albedo(rho);
     return color / (2.0 - color);

@@ -20,3 +20,9 @@ vec3 lambert_radiance(LambertSurface surface, vec3 l)
 {
     return surface.color * diffuse_geometry(surface.view, l).mu_i;
 }
+
+// Returns the directional albedo, rho from every view; mu: N.V, albedo: as above.
+vec3 lambert_albedo(float mu, vec3 albedo)
+{
+    return diffuse_albedo(albedo);
+}

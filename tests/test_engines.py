@@ -8,8 +8,7 @@ import pytest
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.id_properties import SPECIALIZED_FOR
 from true_diffuse.addon.material import materials
-from true_diffuse.addon.material.summary import MODELS
-from true_diffuse.addon.models import CyclesDiffuse, Eon, Lambert
+from true_diffuse.addon.models import MODELS, CyclesDiffuse, Eon, Lambert
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
 from true_diffuse.addon.optimize.materials import optimize_materials
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
@@ -50,9 +49,10 @@ def realtime(request: pytest.FixtureRequest, eevee_runs_here: bool) -> engines.E
 
 def test_realtime_draws_every_model_itself(realtime: engines.Engine) -> None:
     sphere = sphere_under_sun(64)
-    for name, make in MODELS.items():
-        material = materials.create(name, ROUGH_DIFFUSE, Model=name, Roughness=0.5, IOR=1.5, Color=COLOR)
-        (result,) = sphere.measure(material, [make(0.5, 1.5)], realtime, 1, 60.0)[1]
+    inputs = {"Roughness": 0.5, "IOR": 1.5}
+    for name, model in MODELS.items():
+        material = materials.create(name, ROUGH_DIFFUSE, Model=model.label, Color=COLOR, **inputs)
+        (result,) = sphere.measure(material, [model.reference(inputs)], realtime, 1, 60.0)[1]
         # From pixel to pixel the sphere's normal turns by 1/32: by 1e-4 in the standard deviation, 0.003 pixels, of the filter
         # through which Cycles tells its normals.
         assert result.rms <= 1e-4, name

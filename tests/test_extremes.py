@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from true_diffuse.addon.models import (
+    MODELS,
     CyclesDiffuse,
     Eon,
     Fujii,
@@ -18,7 +19,6 @@ from true_diffuse.addon.models import (
     Model,
     OrenNayar,
     OrenNayar1994,
-    Pits,
     Specular,
     Wolff,
     directional_albedo,
@@ -32,16 +32,9 @@ type Make = Callable[[float], Model]
 N = (0.0, 0.0, 1.0)
 DENORMAL = 5e-324
 MAKERS: dict[str, Make] = {
-    "CyclesDiffuse": CyclesDiffuse,
-    "Eon": Eon,
-    "Fujii": Fujii,
-    "Lambert": lambda _: Lambert(),
-    "OrenNayar": OrenNayar,
-    "OrenNayar1994": OrenNayar1994,
-    "Pitted (Koenderink)": lambda _: Pits(),
+    **{model.id: model.formula if model.parameter else lambda _, model=model: model.formula() for model in MODELS.values()},
     "Specular exponent": lambda x: Specular(1.0, x),
     "Specular weight": Specular,
-    "Wolff": Wolff,
     "WolffOrenNayar ior": lambda x: WolffOrenNayar(0.3, x),
     "WolffOrenNayar sigma": WolffOrenNayar,
 }

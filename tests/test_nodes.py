@@ -16,20 +16,13 @@ from true_diffuse.addon.closures.lobes import Rendered
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.models import (
-    CyclesDiffuse,
-    Eon,
-    Fujii,
+    MODELS,
     Lambert,
-    Model,
     OrenNayar,
-    OrenNayar1994,
-    Pits,
     Specular,
-    Wolff,
     directional_albedo,
 )
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, chosen_lights
-from true_diffuse.addon.nodes.rough_models import KINDS
 from true_diffuse.scenes.sphere import COLOR, sky, sphere_under_sun, three_lights
 from true_diffuse.scripts.studies import robustness
 from true_diffuse.scripts.studies.rough import SPECULAR
@@ -42,16 +35,7 @@ OWN_ERROR = {"cycles": 0.002, "eevee": 0.004}
 # Where the light comes from behind, a sphere's lit part is a narrow rim: the same deviations are a larger share of what it shows.
 RIM = 2.0
 BLACK = (0.0, 0.0, 0.0, 1.0)
-MODELS: dict[str, Model] = {
-    "Lambert": Lambert(),
-    "Oren-Nayar": OrenNayar(1.0),
-    "Fujii": Fujii(1.0),
-    "EON": Eon(1.0),
-    "Cycles Diffuse": CyclesDiffuse(1.0),
-    "Oren-Nayar 1994": OrenNayar1994(1.0),
-    "Wolff": Wolff(1.5),
-    "Pitted (Koenderink)": Pits(),
-}
+FORMULAS = {model.label: model.reference({"Roughness": 1.0, "IOR": 1.5}) for model in MODELS.values()}
 
 
 def rough(model: str, mode: str = "Balanced", roughness: float = 1.0) -> bpy.types.Material:
@@ -107,9 +91,8 @@ def test_menus_list_all_models_and_modes() -> None:
     tree = ROUGH_DIFFUSE.ensure()
     switches = [node for node in tree.nodes if node.bl_idname == "GeometryNodeMenuSwitch"]
     entries = {tuple(item.name for item in node.enum_items) for node in switches}
-    assert entries == {tuple(MODELS), ("Balanced", "Fast", "Precise", "Exact for Chosen Lights")}
+    assert entries == {tuple(FORMULAS), ("Balanced", "Fast", "Precise", "Exact for Chosen Lights")}
     assert all(item.description for node in switches for item in node.enum_items)
-    assert [kind.name for kind in KINDS] == list(MODELS)
 
 
 def test_menu_of_the_specular_lists_its_modes() -> None:
@@ -139,8 +122,8 @@ def test_osl_shader_has_the_sockets_of_the_group(tmp_path: Path) -> None:
         assert (shader[name].value, limits["min"], limits["max"]) == pytest.approx(ours, rel=1e-6)  # both in 32-bit floats
     assert tuple(shader["Color"].value) == pytest.approx(tuple(group["Color"].default_value)[:3], rel=1e-6)
     options = next(item.value for item in shader["Model"].metadata if item.name == "options")
-    assert [option.split(":")[0] for option in options.split("|")] == list(MODELS)
-    assert list(MODELS)[shader["Model"].value] == group["Model"].default_value
+    assert [option.split(":")[0] for option in options.split("|")] == list(FORMULAS)
+    assert list(FORMULAS)[shader["Model"].value] == group["Model"].default_value
 
 
 @pytest.mark.render
@@ -148,22 +131,22 @@ def test_osl_shader_has_the_sockets_of_the_group(tmp_path: Path) -> None:
 def test_lobes_render_as_their_formula(engine: engines.Engine, degrees: float) -> None:
     sphere = sphere_under_sun(64)
     bound = OWN_ERROR[engine.key] * (RIM if degrees > 90.0 else 1.0)
-    for name, model in MODELS.items():
-        scheme = CYCLES if engine is engines.CYCLES else PAIR
-        (own,) = sphere.measure(rough(name), [Rendered(model, scheme)], engine, 4, degrees)[1]
+    for name, model in FORMULAS.items():
+        lobe_set = CYCLES if engine is engines.CYCLES else PAIR
+        (own,) = sphere.measure(rough(name), [Rendered(model, lobe_set)], engine, 4, degrees)[1]
         assert own.rms < bound, name
 
 
 @pytest.mark.render
-@pytest.mark.parametrize(("mode", "scheme"), [("Fast", SINGLE), ("Precise", SIGNED)])
-def test_other_modes_of_eevee_render_as_their_formula(mode: str, scheme: str, eevee_runs_here: bool) -> None:
+@pytest.mark.parametrize(("mode", "lobe_set"), [("Fast", SINGLE), ("Precise", SIGNED)])
+def test_other_modes_of_eevee_render_as_their_formula(mode: str, lobe_set: str, eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("EEVEE finds no graphics driver here")
     sphere = sphere_under_sun(64)
     # Fujii's lobes serve EON and Cycles Diffuse too; a single lobe has one direction for all channels, so only those without a
     # color of their own can equal it
     for name in ("Oren-Nayar", "Fujii"):
-        (own,) = sphere.measure(rough(name, mode), [Rendered(MODELS[name], scheme)], engines.EEVEE, 4, 60.0)[1]
+        (own,) = sphere.measure(rough(name, mode), [Rendered(FORMULAS[name], lobe_set)], engines.EEVEE, 4, 60.0)[1]
         assert own.rms < OWN_ERROR["eevee"], name
 
 
@@ -198,7 +181,7 @@ def test_no_model_is_black_in_any_mode_with_open_shading_language() -> None:
     sphere = sphere_under_sun(32)
     sphere.scene.cycles.shading_system = True
     chosen_lights.choose([sphere.sun])
-    for name, model in MODELS.items():
+    for name, model in FORMULAS.items():
         for mode in ("Balanced", "Fast", "Precise", "Exact for Chosen Lights"):
             (result,) = sphere.measure(rough(name, mode), [model], engines.CYCLES, 1, 30.0)[1]
             assert result.rms < 0.05, (name, mode)  # pits' ramps; black would be 1
@@ -237,7 +220,7 @@ def test_chosen_lamps_reach_appended_groups() -> None:
 def test_lamp_is_exact(engine: engines.Engine) -> None:
     sphere = sphere_under_sun(64)
     chosen_lights.choose([sphere.sun])
-    for name, model in MODELS.items():
+    for name, model in FORMULAS.items():
         if name == "Pitted (Koenderink)":
             continue  # rendered with lobes
         for degrees in (0.0, 60.0):

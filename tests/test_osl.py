@@ -3,7 +3,6 @@
 
 import math
 import re
-from collections.abc import Callable
 from contextlib import nullcontext
 from functools import partial
 
@@ -16,45 +15,37 @@ from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.osl import SHADERS
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
-from true_diffuse.addon.models import Model, directional_albedo
+from true_diffuse.addon.models import MODELS, directional_albedo
+from true_diffuse.addon.models.registry import Osl
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
 from true_diffuse.scripts.fit import ramps
 from true_diffuse.scripts.studies import float32_accuracy, osl_values, reference_mpmath, stability_osl
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 
-MAKE: dict[str, Callable[..., Model]] = {
-    "lambert": models.Lambert,
-    "oren_nayar": models.OrenNayar,
-    "fujii": models.Fujii,
-    "eon": models.Eon,
-    "cycles_diffuse": models.CyclesDiffuse,
-    "oren_nayar_1994": models.OrenNayar1994,
-    "wolff": models.Wolff,
-    "pits": models.Pits,
-}
-SHAPES = {"lambert": [()], "wolff": [(1.5,)], "pits": [()]}  # of the others: roughness
 # RMS error on a sphere with the light at 60 and at 120 degrees from the viewer. Exact models: the pixel filter's 0.01 pixels, where
 # the light ends abruptly. The others: what their ramps leave, most where the surface is darkest, at sigma = 1 or COLOR's albedos.
 EXACT_RMS = (0.001, 0.001)
-RMS = {"oren_nayar": (0.002, 0.005), "oren_nayar_1994": (0.008, 0.04), "wolff": (0.007, 0.03), "pits": (0.055, 0.3)}
+RMS = {"oren_nayar": (0.002, 0.005), "oren_nayar_1994": (0.008, 0.04), "wolff": (0.007, 0.03), "pitted": (0.055, 0.3)}
 # How far the albedo under light from everywhere is from the formula's: what the ramps leave, on top of NOISE
-ALBEDO = {"oren_nayar": 3e-4, "oren_nayar_1994": 0.004, "wolff": 0.002, "pits": 0.004}
+ALBEDO = {"oren_nayar": 3e-4, "oren_nayar_1994": 0.004, "wolff": 0.002, "pitted": 0.004}
 PRESERVING = ("lambert", "fujii", "eon", "cycles_diffuse", "wolff")
 NOISE = 3e-6  # 65536 evenly spread samples of a smooth function, in 32-bit floats
 
 
 def shaped(model: str) -> list[tuple[str, tuple[float, ...]]]:
-    return [(model, shape) for shape in SHAPES.get(model, [(0.33,), (1.0,)])]
+    """The model with its parameter's usual value and, if it is a roughness, with 1."""
+    parameter = MODELS[model].parameter
+    return [(model, ())] if parameter is None else [(model, (x,)) for x in ((0.33, 1.0) if MODELS[model].is_rough else (1.5,))]
 
 
-EVERY = [case for model in osl_values.MODELS for case in shaped(model)]
+EVERY = [case for model in osl_values.drawn() for case in shaped(model)]
 
 
 def material_of(model: str, shape: tuple[float, ...], **inputs) -> bpy.types.Material:
-    names = ("IOR",) if model == "wolff" else ("Roughness",)
-    inputs |= dict(zip(names, shape, strict=False))
-    return materials.create_osl("OSL", "rough_diffuse", Model=osl_values.MODELS.index(model), **inputs)
+    parameter = MODELS[model].parameter
+    inputs |= {parameter.socket: shape[0]} if parameter else {}
+    return materials.create_osl("OSL", "rough_diffuse", Model=MODELS[model].number, **inputs)
 
 
 def script_of(material: bpy.types.Material) -> bpy.types.Node:
@@ -87,7 +78,7 @@ def test_osl_explains_every_parameter(tmp_path) -> None:
         assert metadata["label"] and metadata["help"] and not metadata["help"].endswith(".")
         assert name == "BSDF" or metadata["min"] < metadata["max"]
     options = [option.split(":")[1] for option in parameters["Model"]["options"].split("|")]
-    assert options == [str(index) for index in range(len(osl_values.MODELS))]
+    assert options == [str(MODELS[key].number) for key in osl_values.drawn()]
 
 
 def test_osl_has_the_numbers_of_the_fit() -> None:
@@ -107,14 +98,18 @@ def test_osl_has_the_numbers_of_the_fit() -> None:
 @pytest.mark.render
 def test_osl_is_as_near_its_formulas_over_all_lights_as_it_says() -> None:
     oren_nayar, oren_nayar_1994 = (
-        [osl_values.Shown(model, MAKE[model](sigma), sigma) for sigma in (0.2, 0.33, 1.0)]
+        [osl_values.Shown(model, MODELS[model].formula(sigma), sigma) for sigma in (0.2, 0.33, 1.0)]
         for model in ("oren_nayar", "oren_nayar_1994")
     )
     others = [
         osl_values.Shown("wolff", models.Wolff()),
-        *(osl_values.Shown("pits", models.Pits(), albedo=x) for x in (1.0, 0.8, 0.5, 0.2)),
+        *(osl_values.Shown("pitted", models.Pitted(), albedo=x) for x in (1.0, 0.8, 0.5, 0.2)),
     ]
-    exact = [osl_values.Shown(model, MAKE[model](*shape), *shape) for model, shape in EVERY if model in osl_values.EXACT[2:]]
+    exact = [
+        osl_values.Shown(model, MODELS[model].formula(*shape), *shape)
+        for model, shape in EVERY
+        if MODELS[model].osl is Osl.EXACT and model != "lambert"
+    ]
     errors = osl_values.lobe_errors(
         [*oren_nayar, *oren_nayar_1994, *others, *exact, osl_values.Shown("lambert", models.OrenNayar(0.33))]
     )
@@ -132,7 +127,7 @@ def test_osl_renders_as_its_formula(model: str, shape: tuple[float, ...]) -> Non
     sphere.scene.cycles.shading_system = True
     material = material_of(model, shape, Color=COLOR)
     for degrees, limit in zip((60.0, 120.0), RMS.get(model, EXACT_RMS), strict=True):
-        (result,) = sphere.measure(material, [MAKE[model](*shape)], engines.CYCLES, 4, degrees)[1]
+        (result,) = sphere.measure(material, [MODELS[model].formula(*shape)], engines.CYCLES, 4, degrees)[1]
         assert result.rms < limit
 
 
@@ -156,7 +151,7 @@ def records() -> dict[tuple[str, str], dict]:
 
 
 @pytest.mark.render
-@pytest.mark.parametrize("model", osl_values.EXACT)
+@pytest.mark.parametrize("model", [key for key in osl_values.drawn() if MODELS[key].osl in osl_values.EXACT])
 def test_osl_is_as_near_its_formula_as_cycles_own_floats(model: str, records) -> None:
     for case in ("random", "aligned", "albedo", "shape", "normal", "no normal"):
         record = records[model, case]
@@ -168,7 +163,7 @@ def test_osl_is_as_near_its_formula_as_cycles_own_floats(model: str, records) ->
 
 
 @pytest.mark.render
-@pytest.mark.parametrize("model", osl_values.MODELS)
+@pytest.mark.parametrize("model", osl_values.drawn())
 def test_osl_is_never_infinite_or_negative(model: str, records) -> None:
     assert all(record["finite"] for key, record in records.items() if key[0] == model)
 
@@ -180,20 +175,11 @@ def test_osl_records_have_a_line_each_for_people(records) -> None:
 
 
 @pytest.mark.render
-@pytest.mark.parametrize("model", ["oren_nayar", "oren_nayar_1994", "pits", "wolff"])
+@pytest.mark.parametrize("model", ["oren_nayar", "oren_nayar_1994", "pitted", "wolff"])
 def test_osl_without_light_in_the_albedo_is_black(model: str) -> None:
     (sun,) = osl_values.suns([(0.6, 0.0, 0.8)])
     inputs = [osl_values.Inputs(model, sun, osl_values.VIEWER, albedo) for albedo in (0.0, -1.0, math.nan)]
     assert osl_values.evaluate(inputs) == [(0.0, 0.0, 0.0)] * 3
-
-
-@pytest.mark.render
-def test_osl_model_out_of_range_is_lambert() -> None:
-    sphere = sphere_under_sun(32)
-    sphere.scene.cycles.shading_system = True
-    material = materials.create_osl("OSL", "rough_diffuse", Model=8, Color=COLOR)
-    (result,) = sphere.measure(material, [models.Lambert()], engines.CYCLES, 1, 0.0)[1]
-    assert result.rms < 0.001
 
 
 @pytest.mark.render
@@ -219,5 +205,5 @@ def test_osl_reflects_its_formulas_albedo_under_a_white_world(model: str, shape:
         camera.rotation_euler = (math.acos(mu), 0.0, 0.0)
         _, rgb = render.radiance(scene, engines.CYCLES, 256)
         albedo = sum(rgb) / len(rgb)
-        assert albedo == pytest.approx(directional_albedo(MAKE[model](*shape), mu), abs=NOISE + ALBEDO.get(model, 0.0))
+        assert albedo == pytest.approx(directional_albedo(MODELS[model].formula(*shape), mu), abs=NOISE + ALBEDO.get(model, 0.0))
         assert albedo <= 1.0 + NOISE or model not in PRESERVING

@@ -61,7 +61,7 @@ class Albedo(NamedTuple):
 
 def albedos() -> list[Albedo]:
     """Return every model but `specular`, each with some shapes."""
-    listed = [Albedo("pits", "", models.Pits(), (0.0,), 0.0)]
+    listed = [Albedo("pitted", "", models.Pitted(), (0.0,), 0.0)]
     for sigma in (0.1, 0.33, 0.66):
         short, full = models.OrenNayar(sigma), models.OrenNayar1994(sigma)
         listed.append(Albedo("oren_nayar", ", b.xy", short, (short.a, short.b), 0.0))
@@ -81,7 +81,7 @@ every_albedo = pytest.mark.parametrize("albedo", albedos(), ids=lambda albedo: f
 @pytest.mark.render
 @every_albedo
 def test_albedo_is_that_of_its_model(albedo: Albedo) -> None:
-    order = 96 if albedo.name == "pits" else 32  # pits have creases that the quadrature does not know of
+    order = 96 if albedo.name == "pitted" else 32  # pits have creases that the quadrature does not know of
     cases = list(itertools.product(MUS, (0.3, 1.0)))
     got = values("directional_albedo", albedo.call(), [(case, albedo.numbers) for case in cases])
     for (mu, rho), value in zip(cases, got, strict=True):

@@ -36,23 +36,17 @@ LENS = 50.0  # mm: N.V from 0.3 to 0.8 over the picture
 # which its fade divides by 0.1.
 ROUND = 5e-6
 
-MODELS: dict[str, tuple[Model, dict[str, float]]] = {
-    "Lambert": (models.Lambert(), {}),
-    "Oren-Nayar": (models.OrenNayar(0.33), {"Roughness": 0.33}),
-    "Fujii": (models.Fujii(0.7), {"Roughness": 0.7}),
-    "EON": (models.Eon(0.7), {"Roughness": 0.7}),
-    "Cycles Diffuse": (models.CyclesDiffuse(0.7), {"Roughness": 0.7}),
-    "Oren-Nayar 1994": (models.OrenNayar1994(0.5), {"Roughness": 0.5}),
-    "Wolff": (models.Wolff(1.5), {"IOR": 1.5}),
-    "Pitted (Koenderink)": (models.Pits(), {}),
+USUAL = {"Roughness": 0.5, "IOR": 1.5}
+FORMULAS: dict[str, tuple[Model, dict[str, float]]] = {
+    **{model.label: (model.reference(USUAL), USUAL) for model in models.MODELS.values()},
     "Specular": (models.Specular(0.06, 30.0), {"Specular": 0.06, "Exponent": 30.0}),
 }
 
 
 def material(name: str, color: Sequence[float] = COLOR) -> bpy.types.Material:
-    """Return a material of one of MODELS."""
+    """Return a material of one of FORMULAS."""
     group, menu = (SPECULAR_GROUP, {}) if name == "Specular" else (ROUGH_DIFFUSE, {"Model": name})
-    return materials.create(name, group, Color=(*color, 1.0), **menu, **MODELS[name][1])
+    return materials.create(name, group, Color=(*color, 1.0), **menu, **FORMULAS[name][1])
 
 
 def empty_scene(size: int = SIZE) -> bpy.types.Scene:
@@ -259,7 +253,7 @@ def test_lamp_tint_is_color_times_temperature() -> None:
     assert rms_error(drawn(scene), drawn(scene, engines.CYCLES)) < 10.0 * ROUND
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", FORMULAS)
 def test_every_model_is_exact_under_a_point_lamp(name: str) -> None:
     shines = next(one for one in SHINES if one.name == "point")
     scene = lit_floor(shines, material(name))
@@ -267,7 +261,7 @@ def test_every_model_is_exact_under_a_point_lamp(name: str) -> None:
     for at in floor_points(scene):
         l, irradiance = shines.expected(at)
         v = (EYE - at).normalized()
-        expected += [irradiance * MODELS[name][0].radiance(UP, tuple(l), tuple(v), color) for color in COLOR]
+        expected += [irradiance * FORMULAS[name][0].radiance(UP, tuple(l), tuple(v), color) for color in COLOR]
     assert rms_error(drawn(scene), expected) < 2.0 * ROUND
 
 
@@ -294,7 +288,7 @@ def test_world_is_reflected_by_the_directional_albedo(name: str) -> None:
     for pixel, at in list(enumerate(floor_points(scene)))[::17]:
         mu = (EYE - at).normalized().z
         for channel, (color, light) in enumerate(zip(COLOR, WORLD, strict=True)):
-            expected = light * models.directional_albedo(MODELS[name][0], mu, color)
+            expected = light * models.directional_albedo(FORMULAS[name][0], mu, color)
             assert got[3 * pixel + channel] == pytest.approx(expected, abs=light * color * FITTED[name] + ROUND)
 
 
@@ -608,7 +602,7 @@ def test_map_of_one_color_is_a_plane_of_that_normal(name: str) -> None:
     light = Vector((0.3, 0.2, 1.0)).normalized()
     lamp(scene, "SUN", looking(light, Vector()), energy=1.0, angle=0.0, use_shadow=False)
     eye, n = scene.camera.matrix_world.translation, tuple(normal.normalized())
-    model = MODELS["Oren-Nayar"][0]
+    model = FORMULAS["Oren-Nayar"][0]
     views = [tuple((eye - at).normalized()) for at in floor_points(scene)]
     expected = [model.radiance(n, tuple(light), v, color) for v in views for color in COLOR]
     assert rms_error(drawn(scene), expected) < 2.0 * ROUND

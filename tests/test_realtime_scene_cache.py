@@ -13,9 +13,12 @@ import gpu
 import pytest
 from mathutils import Matrix, Vector
 
+from true_diffuse.addon.blender.glsl import includes
 from true_diffuse.addon.material import materials
+from true_diffuse.addon.models import MODELS
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.addon.realtime import laws, meshes, program, renderer, scene_bounds, scene_cache, shadows
+from true_diffuse.addon.realtime import meshes, program, renderer, scene_bounds, scene_cache, shadows
+from true_diffuse.addon.realtime.models import LAMBERT, SPECULAR, GlslModel, glsl_model
 from true_diffuse.addon.realtime.view import View
 
 WIDTH, HEIGHT = 48, 32
@@ -510,13 +513,13 @@ def test_view_that_turns_asks_no_part_where_it_is(stage: Stage, monkeypatch) -> 
 # ---- variants
 
 
-def variants(law: laws.Law = laws.LAMBERT, kinds: frozenset[str] = frozenset(("SUN",))) -> Iterator[program.Variant]:
+def variants(model: GlslModel = LAMBERT, kinds: frozenset[str] = frozenset(("SUN",))) -> Iterator[program.Variant]:
     """Yield every combination of what a scene and a material may need of a model."""
     scatterings = ((False, False), (False, True), (True, True))
     either = (False, True)
     for has_shadows, ambient, coat, paint, scattering in product(either, either, either, program.ColorInput, scatterings):
         relief = program.NormalInput.MAP if has_shadows != coat else program.NormalInput.NONE  # with each of the others
-        yield program.Variant(law, paint, coat, *scattering, program.Lighting(kinds, has_shadows, ambient), relief)
+        yield program.Variant(model, paint, coat, *scattering, program.Lighting(kinds, has_shadows, ambient), relief)
 
 
 def chosen(**names: bool) -> set[str]:
@@ -562,10 +565,10 @@ def test_every_variant_compiles() -> None:
     for variant in variants():
         renderer.compile_program(program.surface_program(variant))
     kinds = frozenset(program.LIGHT_TYPES)
-    for law in (*laws.LAWS.values(), laws.SPECULAR):
+    for model in (*map(glsl_model, MODELS.values()), SPECULAR):
         renderer.compile_program(
             program.surface_program(
-                program.Variant(law, program.ColorInput.NONE, True, True, True, program.Lighting(kinds, True, True))
+                program.Variant(model, program.ColorInput.NONE, True, True, True, program.Lighting(kinds, True, True))
             )
         )
 
@@ -593,12 +596,8 @@ def test_each_combination_in_use_is_compiled_once(stage: Stage, sent: dict[str, 
     assert sent["programs"] == 2 + 3 + 2 + 1
 
 
-def test_compiled_text_is_of_the_model_in_use_alone() -> None:
-    for name, law in laws.LAWS.items():
-        text = program.surface_program(
-            program.Variant(law, program.ColorInput.NONE, False, False, False, program.Lighting())
-        ).fragment
-        others = {f"{other.stem}_radiance" for other in laws.LAWS.values()} - {f"{law.stem}_radiance"}
-        # EON and Cycles' Diffuse BSDF are made of Fujii's lobe, and Oren-Nayar's full model of the qualitative one.
-        built_on = {"EON": {"fujii"}, "Cycles Diffuse": {"fujii", "eon"}, "Oren-Nayar 1994": {"oren_nayar"}}.get(name, set())
-        assert functions(text) & others <= {f"{stem}_radiance" for stem in built_on}
+@pytest.mark.parametrize("model", MODELS)
+def test_compiled_text_is_of_the_model_in_use_alone(model: str) -> None:
+    variant = program.Variant(glsl_model(MODELS[model]), program.ColorInput.NONE, False, False, False, program.Lighting())
+    others = {f"{other}_radiance" for other in MODELS if other not in (model, *includes(model))}
+    assert functions(program.surface_program(variant).fragment) & others == set()

@@ -11,11 +11,10 @@ from true_diffuse.addon.models import directional_albedo
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
 from true_diffuse.addon.nodes.chosen_lights import choose
 from true_diffuse.scripts.studies import robustness
-from true_diffuse.scripts.studies.rough import OTHERS, PAPER, SPECULAR, Law
+from true_diffuse.scripts.studies.rough import EON, PAPER, SPECULAR, MeasuredModel
 
 pytestmark = [pytest.mark.usefixtures("empty_file"), pytest.mark.render]
 
-EON = OTHERS[1]
 MUS = robustness.FURNACE_MUS
 # Cycles' noise: a cell of 36 pixels with 256 samples deviates by 0.5 %, its samples by half their mean; and what the lobes' own
 # albedo is off by. EEVEE keeps the light of a world in floats of 6 bits after the point, blue in 5, cut off: 1/64, 1/64 and 1/32 at
@@ -24,29 +23,29 @@ CYCLES_NOISE, EEVEE_BITS = 0.01, 0.021
 EEVEE_GAIN = {"Oren-Nayar": 0.12, "EON": 0.08}  # at sigma = 0.33, N.V = 0.05: 0.111 and 0.065
 
 
-def white(law: Law, engine: engines.Engine, samples: int, osl: bool = False) -> list[float]:
+def white(measured: MeasuredModel, engine: engines.Engine, samples: int, osl: bool = False) -> list[float]:
     """Return the share of a uniform world that a white surface of roughness 0.33 reflects, for each of MUS."""
     bent = robustness.sheet(MUS, [robustness.USUAL], robustness.FURNACE_CELL)
     bent.scene.cycles.shading_system = osl
-    material = materials.create("White", ROUGH_DIFFUSE, Model=law.name, Color=(1.0,) * 4, Roughness=0.33)
+    material = materials.create("White", ROUGH_DIFFUSE, Model=measured.name, Color=(1.0,) * 4, Roughness=0.33)
     cells = bent.cells(material, engine, samples, robustness.uniform_world())
     return [sum(cell) / len(cell) for cell in cells]
 
 
 @pytest.mark.parametrize("osl", [False, True], ids=["nodes", "osl"])
 def test_white_furnace_in_cycles_shows_the_albedo_of_the_formula(osl: bool) -> None:
-    for law in (EON, PAPER):
-        for rendered, mu in zip(white(law, engines.CYCLES, 256, osl), MUS, strict=True):
-            assert rendered == pytest.approx(directional_albedo(law.make(0.33), mu), abs=CYCLES_NOISE), (law.name, mu)
+    for measured in (EON, PAPER):
+        for rendered, mu in zip(white(measured, engines.CYCLES, 256, osl), MUS, strict=True):
+            assert rendered == pytest.approx(directional_albedo(measured.formula(0.33), mu), abs=CYCLES_NOISE), (measured.name, mu)
 
 
 def test_white_furnace_in_eevee_shows_no_more_than_the_known_gain(eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("EEVEE finds no graphics driver here")
-    for law in (EON, PAPER):
-        for rendered, mu in zip(white(law, engines.EEVEE, 1), MUS, strict=True):
-            excess = rendered - directional_albedo(law.make(0.33), mu)
-            assert -EEVEE_BITS < excess < EEVEE_GAIN[law.name], (law.name, mu)
+    for measured in (EON, PAPER):
+        for rendered, mu in zip(white(measured, engines.EEVEE, 1), MUS, strict=True):
+            excess = rendered - directional_albedo(measured.formula(0.33), mu)
+            assert -EEVEE_BITS < excess < EEVEE_GAIN[measured.name], (measured.name, mu)
 
 
 @pytest.mark.parametrize("thickness", [None, 0.001], ids=["sphere", "slab of 1 mm"])
@@ -72,16 +71,16 @@ def test_material_says_how_thick_it_is_unless_its_look_depends_on_it() -> None:
     assert not socket.is_linked
 
 
-@pytest.mark.parametrize("law", [PAPER, SPECULAR], ids=lambda law: law.stem)
-def test_odd_inputs_render_finite_and_not_negative(engine: engines.Engine, law: Law) -> None:
-    rows = robustness.extreme_rows(law)
+@pytest.mark.parametrize("measured", [PAPER, SPECULAR], ids=lambda measured: measured.name)
+def test_odd_inputs_render_finite_and_not_negative(engine: engines.Engine, measured: MeasuredModel) -> None:
+    rows = robustness.extreme_rows(measured)
     bent = robustness.sheet(robustness.EXTREME_MUS, [inputs for _, _, inputs in rows], robustness.EXTREME_CELL)
     choose([bent.sun])
     lights: list[float | bpy.types.World] = [*robustness.SUNS, robustness.uniform_world()]
     modes = ("Balanced",) if engine is engines.EEVEE else ("Balanced", "Exact for Chosen Lights", "Lobes, OSL")
-    for mode in ("Balanced", "Exact for Chosen Lights") if law is SPECULAR else modes:
+    for mode in ("Balanced", "Exact for Chosen Lights") if measured is SPECULAR else modes:
         bent.scene.cycles.shading_system = mode.endswith("OSL")
-        material = robustness.fed(law, mode.split(",")[0])
+        material = robustness.fed(measured, mode.split(",")[0])
         for (name, words, _), (low, _, sound) in zip(rows, robustness.odd_inputs(bent, material, engine, lights), strict=True):
             assert sound, (mode, name, words, low)
 

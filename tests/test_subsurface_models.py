@@ -14,7 +14,6 @@ from true_diffuse.addon.models import (
     EDGE_WIDTH_25_75,
     MEDIA,
     TONES,
-    BetterDipole,
     Burley,
     Channel,
     Skin,
@@ -29,7 +28,6 @@ from true_diffuse.addon.models import (
     single_plane_albedo,
     single_scattering_albedo,
     single_scattering_albedo_fit,
-    standard_inverse,
     van_de_hulst,
     van_de_hulst_inverse,
 )
@@ -38,6 +36,7 @@ from true_diffuse.addon.models.burley import bickley
 from true_diffuse.addon.models.fresnel import boundary, passing
 from true_diffuse.addon.models.half_space import diffusion_root, log_h
 from true_diffuse.addon.models.quadrature import integrate
+from true_diffuse.scripts.studies.dipoles import BetterDipole, standard_inverse
 from true_diffuse.scripts.studies.random_walk import walk
 from true_diffuse.scripts.studies.stability_subsurface import records
 

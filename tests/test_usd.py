@@ -20,26 +20,19 @@ from true_diffuse.addon import glTF2ExportUserExtension, models, usd
 from true_diffuse.addon.blender import report
 from true_diffuse.addon.material import materials, presets
 from true_diffuse.addon.material.read import group_node, identifier, plain
+from true_diffuse.addon.models import MODELS
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 from true_diffuse.addon.nodes.rough_diffuse import QUALITIES
-from true_diffuse.addon.nodes.rough_models import KINDS
 from true_diffuse.addon.usd import materialx, nearest
 
 SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
 METHODS = ("Random Walk", "Christensen-Burley", "Random Walk (Skin)", "Random Walk (Legacy)")
 SIGMAS = (0.2, 0.33, 1.0)
-EXACT = ("Lambert", "Oren-Nayar", "EON")  # the models that MaterialX has
 COLOR = (0.9, 0.5, 0.1, 1.0)
-FORMULAS = {
-    "Lambert": models.Lambert(),
-    "Oren-Nayar": models.OrenNayar(0.4),
-    "Fujii": models.Fujii(0.4),
-    "EON": models.Eon(0.4),
-    "Cycles Diffuse": models.CyclesDiffuse(0.4),
-    "Oren-Nayar 1994": models.OrenNayar1994(0.4),
-    "Wolff": models.Wolff(1.4),
-    "Pitted (Koenderink)": models.Pits(),
-}
+INPUTS = {"Roughness": 0.4, "IOR": 1.4}
+COMPENSATED = {"fujii", "eon", "cycles_diffuse", "pitted"}  # EON or made of it; the others become equation (1) or Lambert
+FIXED_ROUGHNESS = {"lambert": 0.0, "wolff": 0.0, "pitted": 1.0}
+EXACT = ("lambert", "oren_nayar", "eon")  # the models that MaterialX has
 # Prints each material's shaders and custom data, with the package usd-core, in a process without bpy.
 INSPECT = """
 import json, sys
@@ -147,11 +140,11 @@ def average(model: models.Model, rho: float) -> float:
 
 
 def nearest_text(model: str) -> str:
-    return f"{model} is no model of MaterialX: {nearest.LAWS[model].near} stands for it"
+    return f"{model} is no model of MaterialX: {nearest.Nearest(model, INPUTS).stands_in} stands for it"
 
 
 def test_others_find_no_fault_and_generate_shaders(tmp_path: Path) -> None:
-    made = [rough(kind.name, sigma) for kind in KINDS for sigma in (SIGMAS if kind.name in EXACT else SIGMAS[:1])]
+    made = [rough(model.label, sigma) for key, model in MODELS.items() for sigma in (SIGMAS if key in EXACT else SIGMAS[:1])]
     show(*made)
     show(materials.create("Coated", SUBSURFACE, Subsurface=0.6))
     show(materials.create("Shiny", SPECULAR_GROUP))
@@ -182,10 +175,11 @@ def test_others_find_no_fault_and_generate_shaders(tmp_path: Path) -> None:
 
 
 def test_closure_and_preview_have_the_models_albedo(tmp_path: Path) -> None:
-    show(*(rough(model, 0.4, IOR=1.4) for model in FORMULAS))
+    show(*(rough(model.label, 0.4, IOR=1.4) for model in MODELS.values()))
     found = inspect(export(tmp_path / "all.usda"))["materials"]
     said = report.take()
-    for model, formula in FORMULAS.items():
+    for key, entry in MODELS.items():
+        model, formula = entry.label, entry.reference(INPUTS)
         material = found[identifier(f"{model} 0.4")]
         assert material["outputs"] == {"surface": "Preview_surface.surface", "mtlx:surface": "MaterialX_surface.out"}
         expected = [average(formula, rho) for rho in COLOR[:3]]
@@ -197,25 +191,25 @@ def test_closure_and_preview_have_the_models_albedo(tmp_path: Path) -> None:
 
         closure = material["shaders"]["MaterialX_diffuse"]
         assert closure["id"] == "ND_oren_nayar_diffuse_bsdf"
-        compensated = model in {"Fujii", "EON", "Cycles Diffuse", "Pitted (Koenderink)"}
+        compensated = key in COMPENSATED
         assert closure["energy_compensation"] is compensated
-        roughness = {"Lambert": 0.0, "Wolff": 0.0, "Pitted (Koenderink)": 1.0}.get(model, 0.4)
+        roughness = FIXED_ROUGHNESS.get(key, 0.4)
         assert closure["roughness"] == pytest.approx(roughness)
         stand_in = models.Eon(roughness) if compensated else models.OrenNayar(roughness)
         assert [average(stand_in, rho) for rho in closure["color"]] == pytest.approx(expected, rel=1e-4)
-        if model in EXACT:
+        if key in EXACT:
             assert closure["color"] == pytest.approx(COLOR[:3]) and not material["notCarried"]
         else:
             assert material["notCarried"] == [nearest_text(model)]
             assert f"True Diffuse: {model} 0.4: {nearest_text(model)}" in said
 
 
-def test_colors_stay_in_range_for_any_input() -> None:
-    for model in nearest.LAWS:
-        for roughness in (-1.0, 0.0, 0.5, 1.5, math.inf, math.nan):
-            found = nearest.Nearest(model, roughness, 1.5)
-            for rho in (-1.0, 0.0, 0.5, 1.0, 2.0, math.nan):
-                assert 0.0 <= found.color(rho) <= 1.0 + 1e-9 and 0.0 <= found.albedo(rho) <= 1.02
+@pytest.mark.parametrize("key", MODELS)
+@pytest.mark.parametrize("roughness", [-1.0, 0.0, 0.5, 1.5, math.inf, math.nan])
+def test_colors_stay_in_range_for_any_input(key: str, roughness: float) -> None:
+    found = nearest.Nearest(MODELS[key].label, {"Roughness": roughness, "IOR": 1.5})
+    for rho in (-1.0, 0.0, 0.5, 1.0, 2.0, math.nan):
+        assert 0.0 <= found.color(rho) <= 1.0 + 1e-9 and 0.0 <= found.albedo(rho) <= 1.02
 
 
 def test_subsurface_network(tmp_path: Path) -> None:
@@ -261,10 +255,10 @@ def single(draw: random.Random, low: float, high: float) -> float:
 def test_round_trip_is_equal(tmp_path: Path) -> None:
     draw = random.Random(6)
     made = []
-    for kind in KINDS:
+    for model in MODELS.values():
         for mode, _ in QUALITIES:
             color = (*(single(draw, 0.0, 1.0) for _ in range(3)), 1.0)
-            inputs = {"Model": kind.name, "Quality": mode, "Color": color, "Roughness": single(draw, 0.0, 1.5)}
+            inputs = {"Model": model.label, "Quality": mode, "Color": color, "Roughness": single(draw, 0.0, 1.5)}
             made.append(materials.create("Rough", ROUGH_DIFFUSE, IOR=single(draw, 1.0, 3.0), **inputs))
     for method in METHODS:
         inputs = {"Subsurface Radius": tuple(single(draw, 0.0, 9.0) for _ in range(3)), "Scale": single(draw, 0.0, 1e-6)}
@@ -307,7 +301,7 @@ def test_textures_are_carried_and_come_back(suffix: str, tmp_path: Path) -> None
     sigma, gray = shaders["MaterialX_Roughness_image"], shaders["MaterialX_Roughness_gray"]
     assert shaders["Preview_surface"]["diffuseColor"] == "Preview_Color_image.rgb"
     assert (preview["sourceColorSpace"], preview["wrapS"]) == ("sRGB", "mirror")
-    assert preview["scale"][:3] == pytest.approx([nearest.Nearest("Fujii", 0.4, 1.5).albedo(0.5) / 0.5] * 3)
+    assert preview["scale"][:3] == pytest.approx([nearest.Nearest("Fujii", INPUTS).albedo(0.5) / 0.5] * 3)
     assert image["id"] == "ND_image_color3" and image["uaddressmode"] == "mirror"
     assert shaders["MaterialX_Color_coordinate"]["geomprop"] == "Second_Map"
     assert shaders["MaterialX_diffuse"]["roughness"] == "MaterialX_Roughness.out"
@@ -445,8 +439,8 @@ def test_missing_texture_and_broken_link(tmp_path: Path) -> None:
 
 
 def test_five_hundred_materials(tmp_path: Path) -> None:
-    kinds = [kind.name for kind in KINDS]
-    show(*(materials.create(f"M{i}", ROUGH_DIFFUSE, Model=kinds[i % 8], Roughness=0.001 * i) for i in range(500)))
+    labels = [model.label for model in MODELS.values()]
+    show(*(materials.create(f"M{i}", ROUGH_DIFFUSE, Model=labels[i % len(labels)], Roughness=0.001 * i) for i in range(500)))
     started = time.monotonic()
     seen = inspect(export(tmp_path / "many.usdc"))
     assert time.monotonic() - started < 30.0
@@ -504,7 +498,7 @@ def test_gltf_has_color_and_roughness(tmp_path: Path) -> None:
     document = json.loads(data[20 : 20 + struct.unpack("<I", data[12:16])[0]])
     seen = {material["name"]: material for material in document["materials"]}
     base = seen["Oren-Nayar 0.4"]["pbrMetallicRoughness"]
-    expected = [average(FORMULAS["Oren-Nayar"], rho) for rho in COLOR[:3]]
+    expected = [average(models.OrenNayar(0.4), rho) for rho in COLOR[:3]]
     assert base["baseColorFactor"] == pytest.approx([*expected, 1.0], rel=1e-4)
     assert (base["metallicFactor"], base["roughnessFactor"]) == (0, 1)
     assert seen["Oren-Nayar 0.4"]["extensions"]["KHR_materials_specular"] == {"specularFactor": 0}
@@ -524,10 +518,9 @@ def test_storm_renders_the_model(tmp_path: Path, eevee_runs_here: bool) -> None:
     from true_diffuse.scripts.studies import usd as study
 
     sphere = sphere_under_sun(64)
-    eon = next(law for law in rough.OTHERS if law.name == "EON")
-    for law in (rough.PAPER, eon):
+    for measured in (rough.PAPER, rough.EON):
         for sigma in SIGMAS:
-            case = study.Case(law, sigma)
+            case = study.Case(measured, sigma)
             assert study.rendered(sphere, case, 60.0, tmp_path / "one.usdc", preview=False) < 0.02
     lambert = study.Case(rough.LAMBERT, 0.0)
     assert study.rendered(sphere, lambert, 60.0, tmp_path / "one.usdc", preview=True) < 0.02

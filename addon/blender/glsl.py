@@ -1,37 +1,36 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The GLSL functions of shaders/ as text, ready to compile, and what covers a target. No bpy."""
 
-from collections.abc import Mapping
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from ..models.registry import MODELS
 
 if TYPE_CHECKING:
     import gpu
 
 SHADERS = Path(__file__).resolve().parents[2] / "shaders"
 FULLSCREEN_VERTEX_SHADER = "void main() { gl_Position = vec4(position, 0.0, 1.0); }"  # the vertex shader of `triangle`
-INCLUDES: Mapping[str, tuple[str, ...]] = {  # what a file of shaders/ needs included before it, in this order
-    "geometry": (),
-    "lambert": ("geometry",),
-    "oren_nayar": ("geometry",),
-    "oren_nayar_1994": ("geometry", "oren_nayar"),
-    "fujii": ("geometry",),
-    "eon": ("geometry", "fujii"),
-    "cycles_diffuse": ("geometry", "fujii", "eon"),
-    "wolff": ("geometry",),
-    "pits": ("geometry",),
-    "blinn_phong": ("geometry",),
-    "directional_albedo": ("geometry", "fujii", "eon", "wolff"),
-    "coat": ("geometry", "wolff"),
-    "burley": ("geometry",),
-    "lights": (),
-}
+INCLUDES = re.compile(r"Include ([^.]*\.glsl.*?) before it")
+
+
+def own_text(stem: str) -> str:
+    """Return shaders/STEM.glsl, or the file of the registered model STEM if that lies elsewhere."""
+    model = MODELS.get(stem)
+    folder = model.glsl.folder if model else None
+    return ((folder or SHADERS) / f"{stem}.glsl").read_text(encoding="utf-8")
+
+
+def includes(stem: str) -> list[str]:
+    """Return the stems of what STEM.glsl says has to be included before it, in this order."""
+    said = INCLUDES.search(own_text(stem))
+    return re.findall(r"(\w+)\.glsl", said[1]) if said else []
 
 
 def source(*stems: str) -> str:
-    """Return the functions of shaders/STEM.glsl for all `stems` and for what they need, each once, to follow a #version line."""
-    names = dict.fromkeys(name for stem in stems for name in (*INCLUDES[stem], stem))
-    return "\n".join((SHADERS / f"{name}.glsl").read_text() for name in names)
+    """Return the functions of STEM.glsl for all `stems` and for what they need, each once, to follow a #version line."""
+    return "\n".join(own_text(name) for name in dict.fromkeys(name for stem in stems for name in (*includes(stem), stem)))
 
 
 def triangle() -> "gpu.types.GPUBatch":

@@ -5,6 +5,8 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from ..models.fujii import SHAPE
+
 GRAZING = 0.05  # the least mu that steep directions follow
 SINGLE, PAIR, SIGNED, CYCLES = "single", "pair", "signed", "cycles"
 
@@ -43,7 +45,7 @@ class Lobe(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """The lobes of a scheme for one function or two, and for each function the weight of every lobe."""
+    """The lobes of a set for one function or two, and for each function the weight of every lobe."""
 
     lobes: tuple[Lobe, ...]
     weights: Mapping[str, tuple[Weight, ...]]
@@ -66,12 +68,6 @@ def cycles_bump_shadowing(n_dot_l: float, n_dot_m: float, m_dot_l: float) -> flo
     return 2.0 / (1.0 + math.sqrt(1.0 + max(0.0, alpha2 * tangent2)))
 
 
-def fujii_function(x: float, z: float, mu: float) -> float:
-    """Return Fujii's function of the light, z s / t."""
-    s = math.sqrt(1.0 - mu * mu) * x
-    return s * z / max(z, mu) if s > 0.0 else s * z
-
-
 def away_lobe(x: float, z: float) -> float:
     """Return the lobe away from the viewer as Cycles shades it."""
     n_dot_m = math.cos(CYCLES_AWAY)
@@ -79,10 +75,10 @@ def away_lobe(x: float, z: float) -> float:
     return max(0.0, m_dot_l) * cycles_bump_shadowing(z, n_dot_m, m_dot_l)
 
 
-def lobe_values(scheme: str, lobes: tuple[Lobe, ...], x: float, y: float, z: float, mu: float) -> tuple[float, ...]:
-    """Return what each lobe of a scheme gives for light from (x, y, z): L in the frame (V_t, N x V_t, N), z > 0."""
-    if scheme == SINGLE:
+def lobe_values(lobe_set: str, lobes: tuple[Lobe, ...], x: float, y: float, z: float, mu: float) -> tuple[float, ...]:
+    """Return what each lobe of a set gives for light from (x, y, z): L in the frame (V_t, N x V_t, N), z > 0."""
+    if lobe_set == SINGLE:
         return (z, x)
-    if scheme == CYCLES:
-        return (z, fujii_function(x, z, mu), away_lobe(x, z))
+    if lobe_set == CYCLES:
+        return (z, SHAPE.value((x, y, z), mu), away_lobe(x, z))
     return tuple(lobe.value(x, y, z, mu) for lobe in lobes)

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Written by scripts/fit/lobes.py: the lobes of each scheme and family, and the weight of each lobe by function."""
+"""Written by scripts/fit/lobes.py: the lobes of each set and family, and the weight of each lobe by function."""
 
 from .lobe import Fit, Lobe, Weight
 
-TRANSMITTANCE = (0.50647, -0.42269, 1.0386)
 TABLE: dict[str, dict[str, Fit]] = {
     "single": {
         "oren_nayar": Fit(
@@ -32,15 +31,15 @@ TABLE: dict[str, dict[str, Fit]] = {
                     Weight(0.0, 0.76568, -0.42856, 0.035721),
                 ),
                 "interreflection": (
-                    Weight(0.0, -6.6042e-17, 2.4746e-16, -2.8537e-16),
-                    Weight(0.0, 0.17039, 0.13952, -0.24956),
+                    Weight(0.0, 6.6042e-17, -2.4746e-16, 2.8537e-16),
+                    Weight(0.0, -0.17039, -0.13952, 0.24956),
                 ),
             },
         ),
-        "pits": Fit(
+        "pitted": Fit(
             (),
             {
-                "pits": (
+                "pitted": (
                     Weight(0.55595, -0.22976, 0.31779, -0.10337),
                     Weight(0.0, 0.42425, -0.1237, 0.0017106),
                 ),
@@ -83,18 +82,18 @@ TABLE: dict[str, dict[str, Fit]] = {
                     Weight(0.0, 0.98814, -0.68605, 0.13885),
                 ),
                 "interreflection": (
-                    Weight(0.0, -0.21097, -0.53284, 0.56943),
-                    Weight(0.0, 0.20116, 0.16442, -0.28989),
+                    Weight(0.0, 0.21097, 0.53284, -0.56943),
+                    Weight(0.0, -0.20116, -0.16442, 0.28989),
                 ),
             },
         ),
-        "pits": Fit(
+        "pitted": Fit(
             (
                 Lobe(0.0, 0.0, 1, 0.0, 0.0),
                 Lobe(1, 0.0, 0.0, 2.46, 0.0),
             ),
             {
-                "pits": (
+                "pitted": (
                     Weight(0.54563, -0.46101, -0.54708, 0.19861),
                     Weight(0.0, 0.77813, -0.80352, 0.37229),
                 ),
@@ -159,16 +158,16 @@ TABLE: dict[str, dict[str, Fit]] = {
                     Weight(0.0, 0.79989, 0.12749, -0.29269),
                 ),
                 "interreflection": (
-                    Weight(0.0, 0.25002, -0.2014, -0.081955),
-                    Weight(0.0, -0.089843, 0.54497, -0.19164),
-                    Weight(0.0, -0.034233, -0.45466, 0.31082),
-                    Weight(0.0, 0.0005427, -0.24593, -0.065194),
-                    Weight(0.0, -0.25031, 0.22946, 0.039128),
-                    Weight(0.0, 0.20794, 0.12771, -0.10716),
+                    Weight(0.0, -0.25002, 0.2014, 0.081955),
+                    Weight(0.0, 0.089843, -0.54497, 0.19164),
+                    Weight(0.0, 0.034233, 0.45466, -0.31082),
+                    Weight(0.0, -0.0005427, 0.24593, 0.065194),
+                    Weight(0.0, 0.25031, -0.22946, -0.039128),
+                    Weight(0.0, -0.20794, -0.12771, 0.10716),
                 ),
             },
         ),
-        "pits": Fit(
+        "pitted": Fit(
             (
                 Lobe(0.0, 0.0, 0.0, 0.0, 0.79),
                 Lobe(1, 0.0, 0.0, 0.0, 0.0),
@@ -178,7 +177,7 @@ TABLE: dict[str, dict[str, Fit]] = {
                 Lobe(-1, 0.0, -0.74, 0.0, 0.0),
             ),
             {
-                "pits": (
+                "pitted": (
                     Weight(0.64109, -0.075085, -0.099661, 0.75496),
                     Weight(0.0, 0.31621, -0.10551, -0.018336),
                     Weight(0.0, 0.48916, -1.1507, -0.039554),
@@ -209,16 +208,16 @@ TABLE: dict[str, dict[str, Fit]] = {
                     Weight(0.0, 0.0, 0.0, 0.0),
                 ),
                 "interreflection": (
-                    Weight(-0.0010984, -0.027795, -0.040983, 0.077118),
-                    Weight(-0.018242, 0.24891, 0.17895, 0.25698),
+                    Weight(0.0010984, 0.027795, 0.040983, -0.077118),
+                    Weight(0.018242, -0.24891, -0.17895, -0.25698),
                     Weight(0.0, 0.0, 0.0, 0.0),
                 ),
             },
         ),
-        "pits": Fit(
+        "pitted": Fit(
             (),
             {
-                "pits": (
+                "pitted": (
                     Weight(0.55544, -0.31642, 0.30198, 0.0031023),
                     Weight(0.7672, -0.095646, 0.045583, 0.17588),
                     Weight(0.0, 0.0, 0.0, 0.0),

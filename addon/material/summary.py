@@ -5,7 +5,7 @@ The stated error is that of the formulas, over all lights and views; what an eng
 """
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import bpy
@@ -13,30 +13,17 @@ import bpy
 from ..blender.engines import CYCLES, EEVEE, ENGINES, REALTIME, Engine, uses_osl
 from ..blender.id_properties import SPECIALIZED_FOR
 from ..closures.lobe import CYCLES as CYCLES_LOBES
-from ..closures.lobe import PAIR, SIGNED, SINGLE
+from ..closures.lobe import SINGLE
 from ..closures.lobe_error import lobe_error
 from ..closures.lobes import Rendered
-from ..closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
-from ..models import CyclesDiffuse, Eon, Fujii, Lambert, Model, OrenNayar, OrenNayar1994, Pits, Specular, Wolff
+from ..closures.quality import CHOSEN_LIGHTS, EEVEE_LOBES
+from ..models import Model, ReflectanceModel, Specular, by_label
+from ..models.registry import Osl
 from ..nodes import GROUPS, SPECULAR_GROUP, SUBSURFACE
 from ..nodes.graph import stamp_of
 from .read import group_node, plain
 from .surface import Setting
 
-# By the entry of the menu Model, of roughness and index of refraction.
-MODELS: Mapping[str, Callable[[float, float], Model]] = {
-    "Lambert": lambda _roughness, _ior: Lambert(),
-    "Oren-Nayar": lambda roughness, _ior: OrenNayar(roughness),
-    "Fujii": lambda roughness, _ior: Fujii(roughness),
-    "EON": lambda roughness, _ior: Eon(roughness),
-    "Cycles Diffuse": lambda roughness, _ior: CyclesDiffuse(roughness),
-    "Oren-Nayar 1994": lambda roughness, _ior: OrenNayar1994(roughness),
-    "Wolff": lambda _roughness, ior: Wolff(ior),
-    "Pitted (Koenderink)": lambda _roughness, _ior: Pits(),
-}
-WITHOUT_LAMPS = {"Lambert", "Pitted (Koenderink)"}  # the mode Lamps is made of lobes there
-EXACT_IN_OSL = {"Lambert", "Fujii", "EON", "Cycles Diffuse"}
-SCHEMES = {BALANCED: PAIR, CHOSEN_LIGHTS: PAIR, FAST: SINGLE, PRECISE: SIGNED}  # of EEVEE
 EEVEE_MOST = 8.0  # the most that EEVEE keeps of a closure's color, in 10 bits and an exponent of 2
 DRAWN = {"Color"}  # sockets of which Realtime draws what feeds them
 ORDER = 6  # of the quadrature: two digits of the error, in 25 ms at most, as a panel is drawn while a slider moves
@@ -81,20 +68,25 @@ class Claim:
         """The model of the surface; of Subsurface that of the part that does not enter."""
         if self.group == SPECULAR_GROUP.key:
             return Specular(self.number("Specular"), self.number("Exponent"))
-        return MODELS[str(self.inputs["Model"])](self.number("Roughness"), self.number("IOR"))
+        return self.reflectance.reference(self.inputs)
 
-    def scheme(self, engine: Engine) -> str | None:
+    @property
+    def reflectance(self) -> ReflectanceModel:
+        """The chosen model; ValueError for Standard Specular, which has none to choose, and for an entry that is not registered."""
+        return by_label(self.inputs.get("Model"))
+
+    def lobe_set(self, engine: Engine) -> str | None:
         """Return how the nodes make the model of lobes in `engine`, as `closures/lobes.py` names it; None where that is not all."""
         if self.group == SPECULAR_GROUP.key or self.follows_lamps or engine is REALTIME:
             return None
         if engine is CYCLES:
             return CYCLES_LOBES
-        return SINGLE if self.group == SUBSURFACE.key else SCHEMES[self.mode]
+        return SINGLE if self.group == SUBSURFACE.key else EEVEE_LOBES[self.mode]
 
     @property
     def follows_lamps(self) -> bool:
         """Whether the chosen lamps decide."""
-        return self.mode == CHOSEN_LIGHTS and self.inputs.get("Model") not in WITHOUT_LAMPS
+        return self.mode == CHOSEN_LIGHTS and ("Model" not in self.inputs or self.reflectance.has_single_light)
 
     @property
     def is_cut_off(self) -> bool:
@@ -156,20 +148,20 @@ def stated_error(claim: Claim, scene: bpy.types.Scene) -> str:
             return ""  # the highlight may be cut off somewhere
         cut_off = f", cut off at {EEVEE_MOST:g} times white" if engine is EEVEE and claim.is_cut_off else ""
         return f"Exact for the chosen lamps{cut_off}"
-    scheme = claim.scheme(engine)
-    if scheme is None or "Model" in claim.fed or (is_below and claim.number("Subsurface") >= 1.0):
+    lobe_set = claim.lobe_set(engine)
+    if lobe_set is None or "Model" in claim.fed or (is_below and claim.number("Subsurface") >= 1.0):
         return ""
-    if claim.has_osl and uses_osl(scene):
+    part, model = "Rough part: " if is_below else "", claim.reflectance
+    if model.osl is not None and claim.has_osl and uses_osl(scene):
         words = "Rough part: exact, by OSL" if is_below else "Exact, by OSL"
-        return words if claim.inputs["Model"] in EXACT_IN_OSL else ""
-    if claim.fed & {"Quality", "IOR" if claim.inputs["Model"] == "Wolff" else "Roughness"}:
+        return words if model.osl is Osl.EXACT else ""
+    if claim.fed & {"Quality", *([model.parameter.socket] if model.parameter else [])}:
         return ""  # it may differ from place to place
-    error = _lobe_error(str(claim.inputs["Model"]), claim.number("Roughness"), claim.number("IOR"), scheme)
-    part = "Rough part: " if is_below else ""
+    error = _lobe_error(model, model.shape(claim.inputs), lobe_set)
     return f"{part}{100.0 * error:.2g} % from {claim.label}" if error >= 5e-5 else f"{part}exactly {claim.label}"
 
 
 @functools.lru_cache(maxsize=256)
-def _lobe_error(name: str, roughness: float, ior: float, scheme: str) -> float:
-    model = MODELS[name](roughness, ior)
-    return lobe_error(Rendered(model, scheme), model, ORDER)
+def _lobe_error(model: ReflectanceModel, shape: tuple[float, ...], lobe_set: str) -> float:
+    formula = model.formula(*shape)
+    return lobe_error(Rendered(formula, lobe_set), formula, ORDER)

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The analytic truth: reflectance models in plain Python floats, without bpy and without numpy.
+"""Reflectance and scattering models in plain Python floats, and the registry of the reflectance models. No bpy.
 
-Every model is a frozen dataclass that holds its shape parameters, folds what depends on them alone when it is made, and offers
+Every reflectance formula is a frozen dataclass that holds its shape parameters, folds what depends on them alone when it is made,
+and offers
 
     radiance(n, l, v, albedo) -> float
 
@@ -13,21 +14,27 @@ parameter outside its range is clamped to it, and NaN counts as the lowest value
     Lambert, OrenNayar, Specular    the paper's five characters; OrenNayar is equation (1), the short form of OrenNayar1994
     Fujii, Eon, CyclesDiffuse       the same idea, made to keep its energy: Cycles' Diffuse BSDF and what it comes from
     Wolff                           light that passes a smooth dielectric boundary on its way in and out
-    Pits                            a rough surface whose reflectance, interreflection included, has an exact closed form
+    Pitted                          a rough surface whose reflectance, interreflection included, has an exact closed form
+
+A module of this package that has a `MODEL`, a `ReflectanceModel`, is registered in MODELS: all but Specular, which is a node group
+of its own.
 
 Subsurface scattering has its own terms, as light comes out elsewhere than it went in; lengths in mm, coefficients in mm^-1:
 
     Channel, Medium, MEDIA, TONES   coefficients and the lengths that follow; twelve measured media; tones of skin
-    StandardDipole, BetterDipole, Burley    profiles over the distance r, and what they integrate to
+    StandardDipole, Burley          profiles over the distance r, and what they integrate to
     diffuse_albedo, plane_albedo    what a half-space reflects, exactly; single_scattering_albedo is the way back
 
 Paper: S. Kim and M. Lee, "Surface Model and Scattering Analysis for Realistic Game Character" (2021).
 """
 
+from importlib import import_module
+from pkgutil import iter_modules
+
 from .blinn_phong import Specular
 from .burley import EDGE_WIDTH_10_90, EDGE_WIDTH_25_75, Burley, diffuse_mfp, searchlight_dmfp, searchlight_mfp
 from .cycles_diffuse import CyclesDiffuse
-from .dipole import BetterDipole, StandardDipole, standard_inverse
+from .dipole import StandardDipole
 from .eon import Eon
 from .fujii import Fujii
 from .half_space import (
@@ -45,9 +52,10 @@ from .lambert import Lambert
 from .medium import MEDIA, Channel, Medium
 from .oren_nayar import OrenNayar
 from .oren_nayar_1994 import OrenNayar1994
-from .pits import Pits
-from .protocol import Model
+from .pitted import Pitted
+from .protocol import Formula, Model
 from .quadrature import average_albedo, directional_albedo
+from .registry import MODELS, ReflectanceModel, by_formula, by_label, by_number, register, unregister
 from .skin import TONES, Skin
 from .wolff import Wolff
 
@@ -55,36 +63,47 @@ __all__ = (
     "EDGE_WIDTH_10_90",
     "EDGE_WIDTH_25_75",
     "MEDIA",
+    "MODELS",
     "TONES",
-    "BetterDipole",
     "Burley",
     "Channel",
     "CyclesDiffuse",
     "Eon",
+    "Formula",
     "Fujii",
     "Lambert",
     "Medium",
     "Model",
     "OrenNayar",
     "OrenNayar1994",
-    "Pits",
+    "Pitted",
+    "ReflectanceModel",
     "Skin",
     "Specular",
     "StandardDipole",
     "Wolff",
     "average_albedo",
+    "by_formula",
+    "by_label",
+    "by_number",
     "diffuse_albedo",
     "diffuse_albedo_fit",
     "diffuse_mfp",
     "directional_albedo",
     "plane_albedo",
+    "register",
     "searchlight_dmfp",
     "searchlight_mfp",
     "single_diffuse_albedo",
     "single_plane_albedo",
     "single_scattering_albedo",
     "single_scattering_albedo_fit",
-    "standard_inverse",
+    "unregister",
     "van_de_hulst",
     "van_de_hulst_inverse",
 )
+
+for _module in iter_modules(__path__):
+    _model = getattr(import_module(f"{__name__}.{_module.name}"), "MODEL", None)
+    if _model is not None:
+        register(_model)

@@ -6,9 +6,13 @@ scattering carries rho^3 where EON has rho^2 (Blender 5.2.3, kernel/closure/bsdf
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
-from .eon import Eon
+from .eon import Eon, EonTerms
+from .fujii import SHAPE
 from .geometry import clamp, geometry
+from .registry import ROUGHNESS, CyclesClosures, Glsl, MaterialX, Osl, ReflectanceModel
+from .terms import Number
 from .vector import Vector
 
 
@@ -31,3 +35,38 @@ class CyclesDiffuse:
             return 0.0
         rho = clamp(albedo, 0.0, 1.0)
         return self.eon.base.single(g, rho) + rho * self.eon.multiple(g, rho)
+
+    def average_albedo(self, albedo: float) -> float:
+        """Return rho <E> (1 + rho^2 k / (1 - rho k)), k = 1 - <E>."""
+        lost = 1.0 - self.eon.average
+        return albedo * self.eon.average * (1.0 + albedo * albedo * lost / (1.0 - albedo * lost))
+
+    @property
+    def constants(self) -> tuple[float, ...]:
+        """EON's."""
+        return self.eon.constants
+
+
+class CyclesDiffuseTerms(EonTerms):
+    """EON's terms with rho^3."""
+
+    @cached_property
+    def multiple_scattering(self) -> Number:
+        """rho_ms."""
+        return super().multiple_scattering * self.view.color
+
+
+MODEL = ReflectanceModel(
+    id="cycles_diffuse",
+    number=4,
+    label="Cycles Diffuse",
+    description="What Blender's Diffuse BSDF does in Cycles, for EEVEE to match",
+    formula=CyclesDiffuse,
+    terms=CyclesDiffuseTerms,
+    parameter=ROUGHNESS,
+    functions=(SHAPE,),
+    glsl=Glsl(albedo_stem="directional_albedo"),
+    osl=Osl.EXACT,
+    cycles=CyclesClosures.DIFFUSE,
+    materialx=MaterialX("eon"),
+)

@@ -9,26 +9,13 @@ r the roughness, E Fujii's directional albedo at rho = 1 and <E> its average:
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 
-from .fujii import K1, Fujii
+from .fujii import K1, K2, SHAPE, Fujii, FujiiTerms, energy_deficit, fujii_average_albedo, fujii_directional_albedo
 from .geometry import Geometry, clamp, geometry
+from .registry import ROUGHNESS, CyclesClosures, Glsl, MaterialX, Osl, ReflectanceModel
+from .terms import Expansion, Light, Number
 from .vector import Vector
-
-K2 = 2.0 / 3.0 - 28.0 / (15.0 * math.pi)
-
-
-def fujii_directional_albedo(roughness: float, mu: float) -> float:
-    """Return E(mu) = A (1 + r G(mu) / pi) of Fujii's model at rho = 1; `roughness` r in [0, 1], `mu` a cosine in [0, 1]."""
-    sine = math.sqrt(max(0.0, 1.0 - mu * mu))
-    # The paper's (sin / mu)(1 - sin^3) without its 0 / 0 at mu = 0: 1 - sin = mu^2 / (1 + sin).
-    g = sine * (math.acos(min(1.0, mu)) - sine * mu)
-    g += 2.0 / 3.0 * sine * (mu * (1.0 + sine + sine * sine) / (1.0 + sine) - 1.0)
-    return (1.0 + roughness * g / math.pi) / (1.0 + K1 * roughness)
-
-
-def fujii_average_albedo(roughness: float) -> float:
-    """Return <E> = A (1 + K2 r) of Fujii's model at rho = 1; `roughness` r in [0, 1]."""
-    return (1.0 + K2 * roughness) / (1.0 + K1 * roughness)
 
 
 @dataclass(frozen=True)
@@ -62,3 +49,50 @@ class Eon:
             return 0.0
         rho = clamp(albedo, 0.0, 1.0)
         return self.base.single(g, rho) + self.multiple(g, rho)
+
+    def average_albedo(self, albedo: float) -> float:
+        """Return rho <E> / (1 - rho (1 - <E>))."""
+        return albedo * self.average / (1.0 - albedo * (1.0 - self.average))
+
+    @property
+    def constants(self) -> tuple[float, ...]:
+        """A, r and 1 - <E>."""
+        return *self.base.constants, 1.0 - self.average
+
+
+class EonTerms(FujiiTerms):
+    """Fujii's terms, and what is reflected more than once: alike for all lights, but under one light."""
+
+    @cached_property
+    def multiple_scattering(self) -> Number:
+        """rho_ms / rho."""
+        rho, average = self.view.color, self.average
+        return rho * average / (1.0 - rho * (1.0 - average))
+
+    def expansion(self) -> Expansion:
+        facing, functions = super().expansion()
+        return Expansion(self.multiple_scattering * self.energy_deficit + facing, functions)
+
+    def single_light(self, light: Light) -> Number:
+        # (1 - E_i)(1 - E_o) / (1 - <E>); 1 - <E> is A r (K1 - K2)
+        both = energy_deficit(self.ops, light.mu, light.sine) * (1.0 / (K1 - K2)) * self.energy_deficit
+        return self.multiple_scattering * both + super().single_light(light)
+
+    def directional_albedo(self) -> Number:
+        return self.multiple_scattering * self.energy_deficit + super().directional_albedo()
+
+
+MODEL = ReflectanceModel(
+    id="eon",
+    number=3,
+    label="EON",
+    description="Energy-preserving Oren-Nayar of OpenPBR: Fujii and all that is reflected again",
+    formula=Eon,
+    terms=EonTerms,
+    parameter=ROUGHNESS,
+    functions=(SHAPE,),
+    glsl=Glsl(albedo_stem="directional_albedo"),
+    osl=Osl.EXACT,
+    cycles=CyclesClosures.DIFFUSE_PER_CHANNEL,
+    materialx=MaterialX("eon"),
+)

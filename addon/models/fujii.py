@@ -10,11 +10,29 @@ and S. Hill, "EON: A practical energy-preserving rough diffuse BRDF" (JCGT 14(1)
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 from .geometry import Geometry, clamp, geometry
+from .registry import ROUGHNESS, CyclesClosures, Glsl, MaterialX, Osl, ReflectanceModel
+from .terms import Arithmetic, Expansion, Light, LightFunction, Number, SingleLightTerms
 from .vector import Vector
 
 K1 = 0.5 - 2.0 / (3.0 * math.pi)
+K2 = 2.0 / 3.0 - 28.0 / (15.0 * math.pi)
+
+
+def fujii_directional_albedo(roughness: float, mu: float) -> float:
+    """Return E(mu) = A (1 + r G(mu) / pi) of Fujii's model at rho = 1; `roughness` r in [0, 1], `mu` a cosine in [0, 1]."""
+    sine = math.sqrt(max(0.0, 1.0 - mu * mu))
+    # The paper's (sin / mu)(1 - sin^3) without its 0 / 0 at mu = 0: 1 - sin = mu^2 / (1 + sin).
+    g = sine * (math.acos(min(1.0, mu)) - sine * mu)
+    g += 2.0 / 3.0 * sine * (mu * (1.0 + sine + sine * sine) / (1.0 + sine) - 1.0)
+    return (1.0 + roughness * g / math.pi) / (1.0 + K1 * roughness)
+
+
+def fujii_average_albedo(roughness: float) -> float:
+    """Return <E> = A (1 + K2 r) of Fujii's model at rho = 1; `roughness` r in [0, 1]."""
+    return (1.0 + K2 * roughness) / (1.0 + K1 * roughness)
 
 
 @dataclass(frozen=True)
@@ -39,3 +57,76 @@ class Fujii:
         """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho is clamped to [0, 1]."""
         g = geometry(n, l, v)
         return self.single(g, clamp(albedo, 0.0, 1.0)) if g else 0.0
+
+    def average_albedo(self, albedo: float) -> float:
+        """Return rho <E>."""
+        return albedo * fujii_average_albedo(self.roughness)
+
+    @property
+    def constants(self) -> tuple[float, ...]:
+        """A and r."""
+        return 1.0 / (1.0 + K1 * self.roughness), self.roughness
+
+
+def shape(l: Vector, mu: float) -> float:
+    """Return F = z s / t."""
+    s = math.sqrt(1.0 - mu * mu) * l[0]
+    return s * l[2] / max(l[2], mu) if s > 0.0 else s * l[2]
+
+
+def energy_deficit(ops: Arithmetic, mu: Number, sine: Number) -> Number:
+    """Return (1 - E(mu)) / (A r) = K1 - G(mu) / pi, which Fujii's model reflects too little of light from the angle of `mu`."""
+    cubic = mu * (1.0 + sine + sine * sine) / (1.0 + sine)
+    g = sine * (ops.arccosine(mu) - sine * mu + 2.0 / 3.0 * (cubic - 1.0))
+    return K1 - g * (1.0 / math.pi)
+
+
+SHAPE = LightFunction("fujii", shape, is_signed=True)
+
+
+class FujiiTerms(SingleLightTerms):
+    """A (z + r F); `value` is r."""
+
+    @cached_property
+    def a(self) -> Number:
+        return 1.0 / (1.0 + K1 * self.value)
+
+    @cached_property
+    def ar(self) -> Number:
+        return self.a * self.value
+
+    @cached_property
+    def average(self) -> Number:
+        """<E> at rho = 1."""
+        return (1.0 + K2 * self.value) * self.a
+
+    @cached_property
+    def energy_deficit(self) -> Number:
+        """1 - E(mu) at rho = 1."""
+        return self.ar * energy_deficit(self.ops, self.view.mu, self.view.sine)
+
+    def expansion(self) -> Expansion:
+        return Expansion(self.a, {SHAPE.name: self.ar})
+
+    def single_light(self, light: Light) -> Number:
+        over_t = self.ops.maximum(light.s, 0.0) * light.over_t + self.ops.minimum(light.s, 0.0)
+        return self.a * (1.0 + self.value * over_t)
+
+    def directional_albedo(self) -> Number:
+        return 1.0 - self.energy_deficit
+
+
+MODEL = ReflectanceModel(
+    id="fujii",
+    number=2,
+    label="Fujii",
+    description="Fujii's improvement of Oren-Nayar, light reflected once: darkens as it gets rougher",
+    formula=Fujii,
+    terms=FujiiTerms,
+    parameter=ROUGHNESS,
+    functions=(SHAPE,),
+    glsl=Glsl(albedo_stem="directional_albedo"),
+    osl=Osl.EXACT,
+    cycles=CyclesClosures.SINGLE_SCATTERING,
+    materialx=MaterialX("eon"),
+)

@@ -5,6 +5,8 @@ import math
 from dataclasses import dataclass
 
 from .geometry import clamp, geometry
+from .registry import CyclesClosures, MaterialX, Osl, ReflectanceModel
+from .terms import Expansion, Terms
 from .vector import Vector
 
 
@@ -16,3 +18,32 @@ class Lambert:
         """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho is clamped to [0, 1]."""
         g = geometry(n, l, v)
         return clamp(albedo, 0.0, 1.0) / math.pi * g.mu_i if g else 0.0
+
+    def average_albedo(self, albedo: float) -> float:
+        """Return rho."""
+        return albedo
+
+    @property
+    def constants(self) -> tuple[float, ...]:
+        """None."""
+        return ()
+
+
+class LambertTerms(Terms):
+    """z alone."""
+
+    def expansion(self) -> Expansion:
+        return Expansion(1.0, {})
+
+
+MODEL = ReflectanceModel(
+    id="lambert",
+    number=0,
+    label="Lambert",
+    description="Ideal diffuse reflection: the same brightness from every view",
+    formula=Lambert,
+    terms=LambertTerms,
+    osl=Osl.EXACT,
+    cycles=CyclesClosures.DIFFUSE,
+    materialx=MaterialX("lambert", roughness=0.0),
+)

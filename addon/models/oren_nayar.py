@@ -12,8 +12,12 @@ minimum and two square roots that cancel; `as_printed` keeps that form to show w
 import math
 import sys
 from dataclasses import dataclass, field
+from functools import cached_property
 
+from .fujii import K1, K2, energy_deficit
 from .geometry import clamp, geometry
+from .registry import SIGMA, Glsl, MaterialX, Osl, ReflectanceModel
+from .terms import Expansion, Light, LightFunction, Number, SingleLightTerms
 from .vector import Vector, dot, normalize
 
 
@@ -59,6 +63,15 @@ class OrenNayar:
         ramp = g.mu_i / g.mu_o if g.mu_i < g.mu_o else 1.0
         return clamp(albedo, 0.0, 1.0) / math.pi * (self.a * g.mu_i + self.b * max(0.0, s) * ramp)
 
+    def average_albedo(self, albedo: float) -> float:
+        """Return rho (A + B (K2 + 4 / (9 pi))): Fujii's G without its part for s < 0."""
+        return albedo * (self.a + self.b * (K2 + 4.0 / (9.0 * math.pi)))
+
+    @property
+    def constants(self) -> tuple[float, ...]:
+        """A and B."""
+        return self.a, self.b
+
 
 def as_printed(n: Vector, l: Vector, v: Vector, albedo: float, sigma: float) -> float:
     """Return the radiance of equation (1) with MAX(1, (N.L)/(N.E)), as the paper prints it. Never use it to shade.
@@ -74,3 +87,53 @@ def as_printed(n: Vector, l: Vector, v: Vector, albedo: float, sigma: float) -> 
     s = dot(v, l) - n_dot_e * n_dot_l
     ramp = min(max(1.0, n_dot_l / n_dot_e), sys.float_info.max)
     return clamp(albedo, 0.0, 1.0) / math.pi * (a * n_dot_l + b * max(0.0, s) * ramp)
+
+
+def ramp(l: Vector, mu: float) -> float:
+    """Return T = max(0, s) min(1, z / mu)."""
+    return max(0.0, math.sqrt(1.0 - mu * mu) * l[0]) * min(1.0, l[2] / mu)
+
+
+RAMP = LightFunction("oren_nayar", ramp)
+
+
+class OrenNayarTerms(SingleLightTerms):
+    """A z + B T; `value` is sigma."""
+
+    @cached_property
+    def variance(self) -> Number:
+        return self.value * self.value
+
+    @cached_property
+    def a(self) -> Number:
+        return 1.0 - 0.5 * (self.variance / (self.variance + 0.33))
+
+    @cached_property
+    def b(self) -> Number:
+        return 0.45 * (self.variance / (self.variance + 0.09))
+
+    def expansion(self) -> Expansion:
+        return Expansion(self.a, {RAMP.name: self.b})
+
+    def single_light(self, light: Light) -> Number:
+        return self.a + self.b * self.ops.maximum(light.s, 0.0) * light.over_t
+
+    def directional_albedo(self) -> Number:
+        # E of Fujii's model is A (1 + r (K1 - energy_deficit)); T lacks its part for s < 0, which is 2/3 sin(v) / pi
+        deficit = energy_deficit(self.ops, self.view.mu, self.view.sine)
+        return self.a + self.b * (K1 - deficit + self.view.sine * (2.0 / (3.0 * math.pi)))
+
+
+MODEL = ReflectanceModel(
+    id="oren_nayar",
+    number=1,
+    label="Oren-Nayar",
+    description="Equation (1) of Kim and Lee (2021), the short form of 1994: chalk, clay, plaster",
+    formula=OrenNayar,
+    terms=OrenNayarTerms,
+    parameter=SIGMA,
+    functions=(RAMP,),
+    glsl=Glsl(albedo_stem="directional_albedo"),
+    osl=Osl.EXACT_TOWARDS_VIEWER,
+    materialx=MaterialX("oren_nayar"),
+)

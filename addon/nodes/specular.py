@@ -18,7 +18,7 @@ from ..closures.quality import BALANCED, CHOSEN_LIGHTS
 from ..models.blinn_phong import BELOW
 from .chosen_lights import MENU_PATH, L, weighted_mean
 from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
-from .rough_models import N
+from .model_nodes import N
 
 LEAST = 1e-12  # of a squared length
 

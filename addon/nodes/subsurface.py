@@ -33,9 +33,10 @@ from ..closures.subsurface_fit import IOR as ENTRY_IOR
 from ..models.burley import DIFFUSE_MAP, EDGE_WIDTH_25_75
 from ..models.half_space import VAN_DE_HULST, Rational
 from ..models.medium import LONGEST
+from ..models.wolff import transmittance
 from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
+from .model_nodes import ROUGHNESS, NodeArithmetic
 from .rough_diffuse import MODEL, ROUGH_DIFFUSE
-from .rough_models import ROUGHNESS, transmittance
 
 METHOD = Socket("Method", "NodeSocketMenu", "How Cycles scatters light below the surface; EEVEE has one method", "Random Walk")
 WEIGHT = Socket(
@@ -193,7 +194,7 @@ def coat(graph: Graph, n: Value, base: Value) -> Value:
     head_on = 1.0 - alpha / (1.0 + HEAD_ON * alpha)
     a, b = alpha * alpha / (GRAZING[0] + alpha * (GRAZING[1] + GRAZING[2] * alpha)), SLOPE * alpha
     cosine = graph.maximum(graph.sqrt(a + mu * (b + mu * (head_on - a - b))), 1e-6)
-    fresnel = 1.0 - transmittance(graph, cosine, graph.clamp(graph.input(IOR), 1.0, 3.0))
+    fresnel = 1.0 - transmittance(NodeArithmetic(graph), cosine, graph.clamp(graph.input(IOR), 1.0, 3.0))
     weight = graph.clamp(graph.input(SPECULAR), 0.0, 1.0)
     return graph.mix_shader(graph.clamp(weight * fresnel, 0.0, 1.0), base, graph.glossy(roughness, n))
 

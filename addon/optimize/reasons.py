@@ -5,6 +5,8 @@ from collections.abc import Iterator
 
 import bpy
 
+from ..models import by_label
+from ..models.registry import CyclesClosures
 from ..nodes import SPECULAR_GROUP, SUBSURFACE
 from ..nodes.graph import stamp_of
 from .arithmetic import Plain
@@ -21,15 +23,15 @@ def _reasons(key: str, use: Use) -> Iterator[str]:
         value = use.inputs.get(name)
         return value if isinstance(value, float) else None
 
-    model = use.inputs.get("Model")
+    model = None if key == SPECULAR_GROUP.key else by_label(use.inputs["Model"])
     if use.eevee is not None and key != SPECULAR_GROUP.key:
         yield "Cycles' closures" if use.eevee else "EEVEE's closures"
-    if key != SPECULAR_GROUP.key and not use.eevee:
+    if model and not use.eevee:
         if use.osl is False:
             yield "OSL, which no scene uses"
-        elif model in ("Lambert", "Cycles Diffuse"):
-            yield f"OSL, as the closures of {model} are exact"
-    weight, specular, sigma = number("Subsurface"), number("Specular"), number("Roughness")
+        elif model.cycles is CyclesClosures.DIFFUSE:
+            yield f"OSL, as the closures of {model.label} are exact"
+    weight, specular, roughness = number("Subsurface"), number("Specular"), number("Roughness")
     if key == SUBSURFACE.key:
         if weight is not None and weight < NEGLIGIBLE:
             yield "scattering (Subsurface is 0)"
@@ -39,7 +41,7 @@ def _reasons(key: str, use: Use) -> Iterator[str]:
             yield "rough reflection (Subsurface is 1)"
         if specular is not None and specular < NEGLIGIBLE:
             yield "coat (Specular is 0)"
-    if sigma is not None and sigma < NEGLIGIBLE and model not in ("Lambert", "Wolff", "Pitted (Koenderink)"):
+    if roughness is not None and roughness < NEGLIGIBLE and model and model.is_rough:
         yield "lobes (Roughness is 0: one Lambert closure)"
     if _black(use.inputs.get("Color")):
         yield "diffuse closures (Color is black)"

@@ -7,10 +7,11 @@ import bpy
 
 from ..material.read import DEFAULT_UV, Names, group_node, read, read_color, read_number, source_socket
 from ..material.surface import Attribute, Image, Rgb, Surface
+from ..models import by_label
 from ..nodes import SPECULAR_GROUP, SUBSURFACE
 from . import uniforms
-from .laws import LAMBERT, LAWS, SPECULAR, Law
 from .mesh_attributes import MeshAttribute
+from .models import LAMBERT, SPECULAR, GlslModel, glsl_model
 from .program import ColorInput, NormalInput
 
 MILLIMETER = 0.001  # m
@@ -49,7 +50,7 @@ class RenderMaterial:
     units, and the weight.
     """
 
-    law: Law
+    model: GlslModel
     color: Rgb
     shape: tuple[float, ...] = ()
     coat: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -140,16 +141,16 @@ class _Images:
 
 def _from_group(surface: Surface, meter: float) -> RenderMaterial:
     """Return the material of one of our node groups, without what varies over the surface."""
-    law = SPECULAR if surface.group == SPECULAR_GROUP.key else LAWS[surface.choice("Model")]
+    model = SPECULAR if surface.group == SPECULAR_GROUP.key else glsl_model(by_label(surface.choice("Model")))
     numbers = {name: float(value) for name, value in surface.inputs.items() if isinstance(value, (int, float))}
     color = surface.rgb("Color")
     if surface.group != SUBSURFACE.key:
-        return RenderMaterial(law, color, law.fold(numbers))
+        return RenderMaterial(model, color, model.constants(numbers))
     scale = max(0.0, numbers["Scale"]) * MILLIMETER * meter
     red, green, blue = (max(0.0, length) * scale for length in surface.rgb("Subsurface Radius"))
     weight = min(max(0.0, numbers["Subsurface"]), 1.0)
     coat = (min(max(0.0, numbers["Specular"]), 1.0), min(max(0.0, numbers["Specular Roughness"]), 1.0), numbers["IOR"])
-    return RenderMaterial(law, color, law.fold(numbers), coat, (red, green, blue, weight))
+    return RenderMaterial(model, color, model.constants(numbers), coat, (red, green, blue, weight))
 
 
 def _closure(material: bpy.types.Material) -> bpy.types.Node | None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from ..blender.glsl import FULLSCREEN_VERTEX_SHADER, SHADERS, source
-from .laws import LAMBERT, Law
+from .models import GlslModel
 
 MAX_LIGHTS = 64
 LIGHT_TYPES = ("SUN", "POINT", "SPOT", "AREA")  # Blender's; a light's number in the shader is its index here
@@ -55,7 +55,7 @@ class Variant:
     outputs that the gather pass reads.
     """
 
-    law: Law
+    model: GlslModel
     color_input: ColorInput
     coat: bool
     subsurface: bool
@@ -82,14 +82,14 @@ class Program:
 
 def surface_program(variant: Variant) -> Program:
     """Return the program that draws surfaces under all lights. Raises ValueError for a type of light it does not know."""
-    law, lighting = variant.law, variant.lighting
+    model, lighting = variant.model, variant.lighting
     if unknown := lighting.types - set(LIGHT_TYPES):
         raise ValueError(f"unknown types of light: {', '.join(sorted(unknown))}")
-    stems = [law.stem]
+    stems = [model.stem]
     definitions = [f"{name} {number}.0" for number, name in enumerate(LIGHT_TYPES) if name in lighting.types]
     for is_used, name, included in (
         (lighting.shadows, "SHADOWS", ()),
-        (lighting.ambient, "AMBIENT", () if law is LAMBERT else ("directional_albedo",)),
+        (lighting.ambient, "AMBIENT", (model.ambient_stem,) if model.ambient_stem else ()),
         (variant.coat, "COAT", ("coat",)),
         (variant.subsurface, "SUBSURFACE", ("burley",)),
         (variant.subsurface_in_scene, "SUBSURFACE_IN_SCENE", ()),
@@ -103,9 +103,9 @@ def surface_program(variant: Variant) -> Program:
     light_type = next(iter(lighting.types)) if len(lighting.types) == 1 else "light.position.w"
     definitions += [
         f"LIGHT_TYPE(light) {light_type}",
-        f"SURFACE {law.surface}",
-        f"RADIANCE {law.radiance}",
-        f"ALBEDO(mu) {law.ambient}",
+        f"SURFACE {model.surface}",
+        f"RADIANCE {model.radiance}",
+        f"ALBEDO(mu) {model.ambient}",
     ]
     defines = "\n".join(f"#define {definition}" for definition in definitions)
     comment, rest = source("lights").split("struct Light {", 1)
@@ -133,7 +133,7 @@ def surface_program(variant: Variant) -> Program:
                 comment,
                 functions,
                 source(*stems),
-                law.more,
+                model.more,
                 _file("surface_fragment"),
             )
         ),

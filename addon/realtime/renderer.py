@@ -114,7 +114,7 @@ class Renderer:
     def compile(self) -> Iterator[str]:
         """Compile the shaders in use; yields a message before each, as it may take a moment. Raises DriverError."""
         for variant in dict.fromkeys(variant for variant, _, _ in self._draws):
-            yield f"Compiling {variant.law.stem}"
+            yield f"Compiling {variant.model.stem}"
             surface_shader(variant)
 
     def begin(self, view: View) -> None:

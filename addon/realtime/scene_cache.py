@@ -79,7 +79,7 @@ class SceneCache:
     def variant(self, material: RenderMaterial) -> Variant:
         """Return the shader variant for `material` under the scene's lights."""
         return Variant(
-            law=material.law,
+            model=material.model,
             color_input=material.color_input,
             coat=material.coat[0] > 0.0,
             subsurface=material.has_subsurface,

@@ -191,7 +191,7 @@ def draw_plots(layout: bpy.types.UILayout, context: bpy.types.Context, claim: "C
             "Across: view from -90° to 90°",
             f"Up: radiance, 0 to {plots.TOP:g} times Lambert's",
             f"Solid: {claim.label}",
-            *([f"Dashed: its lobes in {engine.label}"] if engine and claim.scheme(engine) else []),
+            *([f"Dashed: its lobes in {engine.label}"] if engine and claim.lobe_set(engine) else []),
             "Gray: Lambert",
         )
 

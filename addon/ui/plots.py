@@ -102,8 +102,8 @@ def lobe(claim: "Claim", engine: "Engine | None") -> Canvas:
         return math.sin(angle), 0.0, math.cos(angle)
 
     albedo = min(1.0, max(0.02, sum(w * c for w, c in zip(LUMINANCE, claim.rgb("Color"), strict=True))))
-    scheme = claim.scheme(engine) if engine else None
-    shown = Rendered(claim.model, scheme) if scheme else None
+    lobe_set = claim.lobe_set(engine) if engine else None
+    shown = Rendered(claim.model, lobe_set) if lobe_set else None
     canvas = _axes(3)
     for degrees, color in LIGHTS:
         l = towards(degrees)

@@ -15,7 +15,7 @@ from ..material.surface import Attribute, Image, Surface, texture_factor
 from ..models.color import LUMINANCE
 from ..models.geometry import clamp
 from ..nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
-from .nearest import LAWS, Nearest
+from .nearest import Nearest
 from .network import BOOL, COLOR, COLOR4, FILE, FLOAT, INT, STRING, TOKEN, VECTOR2, Constant, Input, Network, Output
 
 VERSION = "1.39"
@@ -51,15 +51,15 @@ class _Builder:
 
     def rough(self) -> Output:
         surface = self.surface
-        nearest = Nearest(surface.choice("Model"), surface.number("Roughness"), surface.number("IOR"))
-        fixed = nearest.law.roughness is not None
+        nearest = Nearest(surface.choice("Model"), surface.inputs)
+        roughness = Constant(FLOAT, nearest.roughness)
         return self.network.add(
             "diffuse",
             "ND_oren_nayar_diffuse_bsdf",
             TOKEN,
             color=self.color("Color", nearest.color),
-            roughness=Constant(FLOAT, nearest.roughness) if fixed else self.number("Roughness", lambda _: nearest.roughness),
-            energy_compensation=Constant(BOOL, nearest.law.compensated),
+            roughness=self.number("Roughness", lambda _: nearest.roughness) if nearest.has_own_roughness else roughness,
+            energy_compensation=Constant(BOOL, nearest.compensated),
         )
 
     def subsurface(self, millimeter: float) -> Output:
@@ -179,6 +179,5 @@ def unsupported(surface: Surface) -> list[str]:
     """Return a message where MaterialX does not have the surface's reflectance model."""
     if surface.group == SPECULAR_GROUP.key:
         return []
-    model = surface.choice("Model")
-    near = LAWS[model].near
-    return [f"{model} is no model of MaterialX: {near} stands for it"] if near else []
+    nearest = Nearest(surface.choice("Model"), surface.inputs)
+    return [f"{nearest.model.label} is no model of MaterialX: {nearest.stands_in} stands for it"] if nearest.stands_in else []

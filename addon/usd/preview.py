@@ -67,7 +67,7 @@ def albedo(surface: Surface) -> Callable[[float], float]:
         return lambda rho: clamp(rho, 0.0, 1.0)
     if surface.group not in (ROUGH_DIFFUSE.key, SUBSURFACE.key):
         raise ValueError(f"unknown group {surface.group}")
-    nearest = Nearest(surface.choice("Model"), surface.number("Roughness"), surface.number("IOR"))
+    nearest = Nearest(surface.choice("Model"), surface.inputs)
     subsurface = clamp(surface.number("Subsurface"), 0.0, 1.0) if surface.group == SUBSURFACE.key else 0.0
     return lambda rho: clamp((1.0 - subsurface) * nearest.albedo(rho) + subsurface * rho, 0.0, 1.0)
 

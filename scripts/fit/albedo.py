@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fits the numbers of shaders/directional_albedo.glsl and shaders/coat.glsl to quadrature, for the least largest error.
+"""Fits the numbers of shaders/directional_albedo.glsl, models/wolff.py and shaders/coat.glsl to quadrature.
 
 uv run scripts/fit/albedo.py      seconds
 """
@@ -7,6 +7,7 @@ uv run scripts/fit/albedo.py      seconds
 import math
 import sys
 from collections.abc import Callable, Sequence
+from operator import mul
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.addon.models import OrenNayar1994, directional_albedo
 from true_diffuse.addon.models.blinn_phong import BELOW
+from true_diffuse.addon.models.fresnel import boundary
 from true_diffuse.addon.models.quadrature import integrate
 from true_diffuse.scripts.cli.console import Parser, script_arguments
 from true_diffuse.scripts.fit.lobes import solve
@@ -128,6 +130,21 @@ def fit_facets() -> Fitted:
     return least_largest([[(1.0 - mu) * b for b in (1.0, math.sqrt(mu), mu)] for mu in mus], [facets(mu) for mu in mus])
 
 
+def fit_reflectance() -> Fitted:
+    """Return c of <F> = f (c_1 + c_2 f + c_3 f^2), f = (n - 1) / (n + 1), n in [1, 3], by least squares; error of <1 - F>."""
+    rows, wanted = [], []
+    for step in range(1, STEPS + 1):
+        f = 0.5 * step / STEPS
+        edge = boundary((1.0 + f) / (1.0 - f))
+        passed = integrate(lambda mu, edge=edge: 2.0 * edge.transmittance(mu) * mu, (0.0, 1.0), 2 * STEPS)
+        rows.append((f, f * f, f * f * f))
+        wanted.append(1.0 - passed)
+    gram = [[sum(row[i] * row[j] for row in rows) for j in range(3)] for i in range(3)]
+    numbers = solve(gram, [sum(row[i] * value for row, value in zip(rows, wanted, strict=True)) for i in range(3)])
+    left = (abs(sum(map(mul, row, numbers)) - value) / (1.0 - value) for row, value in zip(rows, wanted, strict=True))
+    return Fitted(numbers, max(left))
+
+
 def near(mu: float, alpha: float) -> float:
     """Return the fraction of coat.glsl's fit, which has the shape of 1 - E(mu) where both are small."""
     return mu * alpha**2 / ((mu + NEAR * alpha) * (mu * mu + alpha * (PRODUCT * mu + SQUARE * alpha)))
@@ -173,6 +190,7 @@ def main() -> int:
     fits: dict[str, Callable[[], Fitted]] = {
         "directional_albedo.glsl, f of oren_nayar_1994_albedo": fit_facets,
         "directional_albedo.glsl, h of blinn_phong_albedo": lambda: Fitted(BELOW, highlight_error(BELOW)),
+        "directional_albedo.glsl, wolff_albedo, and models/wolff.py": fit_reflectance,
         "coat.glsl, coat_single_albedo": fit_mirrored,
     }
     for name, fit in fits.items():

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fits the lobes of addon/closures/lobe_table.py to the models, by linear least squares over all lights and views.
 
-uv run scripts/fit/lobes.py --out addon/closures/lobe_table.py      seconds
-uv run scripts/fit/lobes.py --search                              minutes: shows better directions, to be written below by hand
+uv run scripts/fit/lobes.py --out addon/closures/lobe_table.py               seconds
+uv run scripts/fit/lobes.py --out addon/closures/lobe_table.py --search      minutes: with better directions than the table's
 """
 
 import math
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -16,62 +16,29 @@ from typing import NamedTuple
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import checkout  # noqa: F401 - makes the checkout the package true_diffuse
-from true_diffuse.addon.closures.lobe import CYCLES, PAIR, SIGNED, SINGLE, Fit, Lobe, Weight, fujii_function, lobe_values
+from true_diffuse.addon.closures.lobe import CYCLES, PAIR, SIGNED, SINGLE, Fit, Lobe, Weight, lobe_values
 from true_diffuse.addon.closures.lobe_error import lobe_error
+from true_diffuse.addon.closures.lobe_table import TABLE
 from true_diffuse.addon.closures.lobes import Rendered
-from true_diffuse.addon.models import Fujii, Model, OrenNayar, OrenNayar1994, Pits, Wolff
+from true_diffuse.addon.models import MODELS, Model, ReflectanceModel
 from true_diffuse.addon.models.quadrature import gauss_legendre
+from true_diffuse.addon.models.registry import CyclesClosures
 from true_diffuse.addon.models.vector import Vector, from_polar
 from true_diffuse.scripts.cli.console import Parser, Terminal, script_arguments
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import run_script
 
-N = (0.0, 0.0, 1.0)
 VIEWS = tuple(range(5, 90, 5))  # degrees from N
 SEARCH_ORDER = 12  # the same, for `search`
 STEP, STEP_END, ENOUGH = 0.12, 0.01, 1e-6  # its steps, and what counts as better
 ORDER = 24  # lights: this many elevations, and azimuths in half a circle, for each view
+ASIDE: Vector = (0.6, 0.0, 0.8)  # a light
+START = {PAIR: (0.0, 1.0), SIGNED: (0.8, 1.0, 0.6, 0.9)}  # of the search, for functions that are new
 # How much a uniform world counts against lamps where the signed lobes are fitted: enough to make it right to 0.1 %.
 WORLD = 1000.0
 RIDGE = 1e-9  # keeps weights small that the light hardly tells apart
 
-type Function = Callable[[Vector, float], float]  # of L in the frame (V_t, N x V_t, N), and mu
-
-
-def of(model: Model, albedo: float = 1.0) -> Function:
-    """Return `model` as a function, over (rho / pi) E0."""
-    return lambda l, mu: math.pi / albedo * model.radiance(N, l, from_polar(mu, 0.0), albedo)
-
-
-def oren_nayar(l: Vector, mu: float) -> float:
-    """T, from equation (1) = A z + B T."""
-    rough = OrenNayar(1.0)
-    return (of(rough)(l, mu) - rough.a * l[2]) / rough.b
-
-
-def fujii(l: Vector, mu: float) -> float:
-    """F, from Fujii's model = A (z + r F)."""
-    return fujii_function(l[0], l[2], mu)
-
-
-def oren_nayar_1994(l: Vector, mu: float) -> float:
-    """What the 1994 model has beside C1 z and the interreflection, over B: the parts in rho of rho (once + rho twice)."""
-    rough = OrenNayar1994(1.0)
-    once = 2.0 * of(rough, 0.5)(l, mu) - of(rough, 1.0)(l, mu)
-    return (once - rough.a * l[2]) / rough.b
-
-
-def interreflection(l: Vector, mu: float) -> float:
-    """What the 1994 model's interreflection, over its factor, lacks to be z."""
-    rough = OrenNayar1994(1.0)
-    twice = 2.0 * (of(rough, 1.0)(l, mu) - of(rough, 0.5)(l, mu))
-    return l[2] - twice / rough.interreflection
-
-
-def pits(l: Vector, mu: float) -> float:
-    """The light that pits reflect once; at rho = 1 the rest is z / 2."""
-    return of(Pits())(l, mu) - 0.5 * l[2]
-
+type Directions = dict[tuple[str, str], tuple[float, ...]]  # by family and lobe set
 
 FACING = Lobe(0.0, 0.0, 1.0, 0.0, 0.0)
 SIDEWAYS = Lobe(1.0, 0.0, 0.0, 0.0, 0.0)
@@ -94,35 +61,50 @@ def pair_lobes(up_0: float, up_1: float) -> tuple[Lobe, ...]:
     return FACING, Lobe(1.0, 0.0, up_0, up_1, 0.0)
 
 
-def lobes_of(scheme: str, directions: tuple[float, ...]) -> tuple[Lobe, ...]:
-    """Return the lobes of a scheme, made of a family's numbers."""
-    return pair_lobes(*directions) if scheme == PAIR else signed_lobes(*directions) if scheme == SIGNED else ()
+def lobes_of(lobe_set: str, directions: tuple[float, ...]) -> tuple[Lobe, ...]:
+    """Return the lobes of a set, made of a family's numbers."""
+    return pair_lobes(*directions) if lobe_set == PAIR else signed_lobes(*directions) if lobe_set == SIGNED else ()
 
 
 class Family(NamedTuple):
-    """Functions that occur together in a `model`, and the directions of their PAIR and SIGNED lobes, as found by `search`."""
+    """The functions of a `model`, fitted together, and its formula at its roughest."""
 
-    model: Model
-    functions: dict[str, Function]
-    pair: tuple[float, ...]
-    signed: tuple[float, ...]
+    model: ReflectanceModel
+    formula: Model
 
-    def directions(self, scheme: str) -> tuple[float, ...]:
-        """Return the numbers that a scheme's lobes are made of; the lobes of SINGLE and CYCLES are the engines' own."""
-        return {PAIR: self.pair, SIGNED: self.signed}.get(scheme, ())
+    @property
+    def vanishes(self) -> bool:
+        """Whether all functions are 0 where V = N, and so all lobes."""
+        return all(abs(function.value(ASIDE, 1.0)) < 1e-12 for function in self.model.functions)
+
+    @property
+    def is_half_of_fujii(self) -> bool:
+        """Whether the function is Fujii's without its negative part: in Cycles a lobe away from the viewer takes that away."""
+        return self.vanishes and not any(function.is_signed for function in self.model.functions)
+
+    def directions(self, lobe_set: str) -> tuple[float, ...]:
+        """Return the numbers that the lobes of a set are made of, as `search` has found them; START where it has not yet.
+
+        The lobes of SINGLE and CYCLES are the engines' own.
+        """
+        if lobe_set not in START:
+            return ()
+        known = TABLE[lobe_set].get(self.model.functions[0].name)
+        if known is None:
+            return START[lobe_set]
+        if lobe_set == PAIR:
+            return known.lobes[1].up_0, known.lobes[1].up_1
+        far, _, _, near, _, *under = known.lobes
+        return -near.steep, far.steep, known.lobes[4].side, *(-lobe.up_0 for lobe in under)
 
 
-FAMILIES = {
-    "oren_nayar": Family(OrenNayar(1.0), {"oren_nayar": oren_nayar}, (0.0, 0.63), (0.7, 0.98, 0.6)),
-    "fujii": Family(Fujii(1.0), {"fujii": fujii}, (0.74, 1.14), (0.77, 1.0, 0.64, 0.85)),
-    "oren_nayar_1994": Family(
-        OrenNayar1994(1.0),
-        {"oren_nayar_1994": oren_nayar_1994, "interreflection": interreflection},
-        (1.07, 0.97),
-        (0.8, 1.01, 0.51, 0.97),
-    ),
-    "pits": Family(Pits(), {"pits": pits}, (0.0, 2.46), (0.87, 0.79, 0.74, 0.74)),
-}
+def families() -> dict[str, Family]:
+    """Return the families by the names of their first functions, each with the first model that is made of it."""
+    found: dict[str, Family] = {}
+    for model in MODELS.values():
+        if model.functions and model.functions[0].name not in found:
+            found[model.functions[0].name] = Family(model, model.formula(*([1.0] if model.parameter else [])))
+    return found
 
 
 def lights(order: int) -> list[tuple[Vector, float]]:
@@ -135,22 +117,21 @@ def lights(order: int) -> list[tuple[Vector, float]]:
     return result
 
 
-def unknowns_of(scheme: str, family: str, lobes: int) -> list[tuple[int, int]]:
+def unknowns_of(lobe_set: str, family: Family, lobes: int) -> list[tuple[int, int]]:
     """Return the unknowns of a fit: (lobe, which number of its weight).
 
-    All functions but that of pits vanish where V = N, and so do the lobes. Cycles has no negative weights: the lobe away from the
-    viewer serves equation (1) alone.
+    Cycles has no negative weights: the lobe away from the viewer serves only what is half of Fujii's function.
     """
-    if scheme == CYCLES:
-        return [(1, 0), (2, 1)] if family == "oren_nayar" else [(k, power) for k in (0, 1) for power in range(4)]
-    return [(k, power) for k in range(lobes) for power in range(4) if power > 0 or (family == "pits" and k == 0)]
+    if lobe_set == CYCLES:
+        return [(1, 0), (2, 1)] if family.is_half_of_fujii else [(k, power) for k in (0, 1) for power in range(4)]
+    return [(k, power) for k in range(lobes) for power in range(4) if power > 0 or (k == 0 and not family.vanishes)]
 
 
-def fit(scheme: str, family: str, lobes: tuple[Lobe, ...], order: int, views: Sequence[int]) -> Fit:
+def fit(lobe_set: str, family: Family, lobes: tuple[Lobe, ...], order: int, views: Sequence[int]) -> Fit:
     """Return the least-squares weights of a family's functions; `order` and `views` [degrees from N] set how finely."""
-    functions = FAMILIES[family].functions
-    count = len(lobes) or (2 if scheme == SINGLE else 3)
-    unknowns = unknowns_of(scheme, family, count)
+    functions = {function.name: function.value for function in family.model.functions}
+    count = len(lobes) or (2 if lobe_set == SINGLE else 3)
+    unknowns = unknowns_of(lobe_set, family, count)
     size = len(unknowns)
     gram = [[0.0] * size for _ in range(size)]
     right = {name: [0.0] * size for name in functions}
@@ -172,12 +153,12 @@ def fit(scheme: str, family: str, lobes: tuple[Lobe, ...], order: int, views: Se
         powers = (1.0, sine, sine * mu, sine * mu * mu)
         received = dict.fromkeys(functions, 0.0)
         for l, solid_angle in directions:
-            values = lobe_values(scheme, lobes, *l, mu)
+            values = lobe_values(lobe_set, lobes, *l, mu)
             targets = {name: function(l, mu) for name, function in functions.items()}
             count_in([values[k] * powers[power] for k, power in unknowns], targets, solid_angle)
             for name, target in targets.items():
                 received[name] += solid_angle * target / math.pi
-        if scheme == SIGNED:
+        if lobe_set == SIGNED:
             # a uniform world gives a lobe in EEVEE its length, whatever part of it is below the surface
             lengths = [math.hypot(lobe.along, lobe.side, lobe.up(mu)) for lobe in lobes]
             count_in([lengths[k] * powers[power] for k, power in unknowns], received, WORLD)
@@ -211,43 +192,29 @@ def solve(matrix: list[list[float]], right: list[float]) -> list[float]:
     return x
 
 
-def transmittance(order: int) -> tuple[float, ...]:
-    """Return c of 1 - <1 - F> = f (c_1 + c_2 f + c_3 f^2), f = (n - 1) / (n + 1), for n in [1, 3]."""
-    gram, right = [[0.0] * 3 for _ in range(3)], [0.0] * 3
-    for step in range(1, order + 1):
-        f = 0.5 * step / order
-        boundary = Wolff((1.0 + f) / (1.0 - f)).boundary
-        passed = sum(w * boundary.transmittance(0.5 + 0.5 * x) * (0.5 + 0.5 * x) for x, w in gauss_legendre(2 * order))
-        powers = [f, f * f, f * f * f]
-        for i in range(3):
-            right[i] += powers[i] * (1.0 - passed)
-            for j in range(3):
-                gram[i][j] += powers[i] * powers[j]
-    return tuple(solve(gram, right))
-
-
-def fit_all(order: int, views: Sequence[int]) -> dict[str, dict[str, Fit]]:
-    """Return the fits by scheme and family."""
+def fit_all(order: int, views: Sequence[int], better: Directions | None = None) -> dict[str, dict[str, Fit]]:
+    """Return the fits by lobe set and family; with `better` directions in place of those in the table."""
     table: dict[str, dict[str, Fit]] = {SINGLE: {}, PAIR: {}, SIGNED: {}, CYCLES: {}}
-    for key, family in FAMILIES.items():
-        for scheme, fits in table.items():
-            if (scheme, key) != (CYCLES, "fujii"):  # Cycles has it
-                fits[key] = fit(scheme, key, lobes_of(scheme, family.directions(scheme)), order, views)
+    for key, family in families().items():
+        for lobe_set, fits in table.items():
+            if lobe_set != CYCLES or family.model.cycles is CyclesClosures.LOBES:
+                directions = (better or {}).get((key, lobe_set)) or family.directions(lobe_set)
+                fits[key] = fit(lobe_set, family, lobes_of(lobe_set, directions), order, views)
     return table
 
 
-def search(key: str, scheme: str) -> tuple[float, tuple[float, ...]]:
+def search(key: str, lobe_set: str) -> tuple[float, tuple[float, ...]]:
     """Return the least lobe error of a family in PAIR or SIGNED, and the directions that give it, by a compass search.
 
     It starts from those in use, and steps each number by ever less until a step of STEP_END no longer helps.
     """
-    family = FAMILIES[key]
+    family = families()[key]
 
     def error(directions: tuple[float, ...]) -> float:
-        table = {scheme: {key: fit(scheme, key, lobes_of(scheme, directions), SEARCH_ORDER, VIEWS)}}
-        return lobe_error(Rendered(family.model, scheme, table), family.model)
+        table = {lobe_set: {key: fit(lobe_set, family, lobes_of(lobe_set, directions), SEARCH_ORDER, VIEWS)}}
+        return lobe_error(Rendered(family.formula, lobe_set, table), family.formula)
 
-    best = family.directions(scheme)
+    best = family.directions(lobe_set)
     least, step = error(best), STEP
     while step > STEP_END:
         tries = [(*best[:i], best[i] + d, *best[i + 1 :]) for i in range(len(best)) for d in (step, -step)]
@@ -259,7 +226,7 @@ def search(key: str, scheme: str) -> tuple[float, tuple[float, ...]]:
     return least, best
 
 
-def source(table: dict[str, dict[str, Fit]], passed: tuple[float, ...]) -> str:
+def source(table: dict[str, dict[str, Fit]]) -> str:
     """Return the table as the text of a Python module."""
 
     def numbers(values: Sequence[float]) -> str:
@@ -267,18 +234,18 @@ def source(table: dict[str, dict[str, Fit]], passed: tuple[float, ...]) -> str:
 
     lines = [
         "# SPDX-License-Identifier: GPL-3.0-or-later",
-        '"""Written by scripts/fit/lobes.py: the lobes of each scheme and family, and the weight of each lobe by function."""',
+        '"""Written by scripts/fit/lobes.py: the lobes of each set and family, and the weight of each lobe by function."""',
         "",
         "from .lobe import Fit, Lobe, Weight",
         "",
-        f"TRANSMITTANCE = ({numbers(passed)})",
         "TABLE: dict[str, dict[str, Fit]] = {",
     ]
-    for scheme, families in table.items():
-        lines.append(f'    "{scheme}": {{')
-        for family, (lobes, weights) in families.items():
+    for lobe_set, fits in table.items():
+        lines.append(f'    "{lobe_set}": {{')
+        for family, (lobes, weights) in fits.items():
             lines.append(f'        "{family}": Fit(')
-            lines.append("            (" + "".join(f"\n                Lobe({numbers(lobe)})," for lobe in lobes) + "),")
+            rows = "".join(f"\n                Lobe({numbers(lobe)})," for lobe in lobes)
+            lines.append(f"            ({rows}\n            )," if lobes else "            (),")
             lines.append("            {")
             for name, row in weights.items():
                 lines.append(f'                "{name}": (' + "".join(f"\n                    Weight({numbers(w)})," for w in row))
@@ -293,7 +260,9 @@ def source(table: dict[str, dict[str, Fit]], passed: tuple[float, ...]) -> str:
 def main() -> int:
     """Run the script; returns the exit status."""
     parser = Parser(prog="fit/lobes.py", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--search", action="store_true", help="show the best directions of the lobes instead of fitting weights")
+    parser.add_argument(
+        "--search", action="store_true", help="search for better directions of the lobes, as functions that are new need"
+    )
     parser.add_argument("--out", type=Path, default=Path("lobe_table.py"), metavar="FILE", help="default: lobe_table.py")
     options = parser.parse_args(script_arguments())
     if options.out.is_dir():
@@ -302,14 +271,16 @@ def main() -> int:
 
 
 def write(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
-    """Fit and write the table, or search and show what was found."""
+    """Fit and write the table, with directions that are searched for if asked."""
+    better: Directions = {}
     if options.search:
-        for key in FAMILIES:
-            for scheme in (PAIR, SIGNED):
-                least, directions = search(key, scheme)
-                terminal.say(f"{key} {scheme}: {100.0 * least:.2f} % with {', '.join(f'{value:.3g}' for value in directions)}")
-        return
-    output.write_text(options.out.name, source(fit_all(ORDER, VIEWS), transmittance(ORDER)))
+        for key in families():
+            for lobe_set in START:
+                least, directions = search(key, lobe_set)
+                better[key, lobe_set] = directions = tuple(float(f"{value:.3g}") for value in directions)
+                numbers = ", ".join(f"{value:g}" for value in directions)
+                terminal.say(f"{key} {lobe_set}: {100.0 * least:.2f} % with {numbers}")
+    output.write_text(options.out.name, source(fit_all(ORDER, VIEWS, better)))
     output.publish()
     terminal.say(f"Wrote {options.out}")
 

@@ -7,16 +7,21 @@ uv run scripts/fit/ramps.py
 import math
 import sys
 from collections.abc import Callable, Collection, Iterable, Sequence
+from functools import partial
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.addon.closures.lobe import cycles_bump_shadowing
-from true_diffuse.addon.models import OrenNayar1994, Pits
+from true_diffuse.addon.models import OrenNayar1994, Pitted
+from true_diffuse.addon.models.fujii import SHAPE
+from true_diffuse.addon.models.oren_nayar_1994 import FACETS, INTERREFLECTION
+from true_diffuse.addon.models.pitted import ONCE
+from true_diffuse.addon.models.terms import relative_radiance
 from true_diffuse.addon.models.vector import Vector, dot, from_polar
 from true_diffuse.scripts.cli.console import Parser, script_arguments
-from true_diffuse.scripts.fit.lobes import ORDER, VIEWS, Function, fujii, interreflection, lights, of, oren_nayar_1994, pits, solve
+from true_diffuse.scripts.fit.lobes import ORDER, VIEWS, lights, solve
 
 KNOTS = 7  # the values of a ramp, at M.L = 1/7, 2/7 ... 1; at 0 it is 0
 FAR, NEAR = math.radians(89.5), math.radians(65.0)  # from N, away from the viewer
@@ -26,6 +31,7 @@ TOWARDS = 0.75  # of the viewer's angle from N
 RIDGE = 1e-6  # keeps numbers small that the light hardly tells apart
 SLIGHT = 1e-9  # a gain that is none
 
+type Function = Callable[[Vector, float], float]  # of L in the frame (V_t, N x V_t, N), and mu
 type Closures = Callable[[Vector, float], Sequence[float]]  # what each gives for L in the frame (V_t, N x V_t, N), and mu
 type Blend = Callable[[float], Sequence[float]]  # the functions of mu whose sum is a closure's weight
 
@@ -47,13 +53,13 @@ def closures_1994(l: Vector, mu: float) -> Sequence[float]:
     """z, F, the ramp around N, and half of the ramp to either side."""
     one, other = (ramp(from_polar(math.cos(BESIDE), azimuth), l) for azimuth in (0.5 * math.pi, -0.5 * math.pi))
     beside = (0.5 * (a + b) for a, b in zip(one, other, strict=True))
-    return l[2], fujii(l, mu), *ramp((0.0, 0.0, 1.0), l), *beside
+    return l[2], SHAPE.value(l, mu), *ramp((0.0, 0.0, 1.0), l), *beside
 
 
-def pits_closures(l: Vector, mu: float) -> Sequence[float]:
+def pitted_closures(l: Vector, mu: float) -> Sequence[float]:
     """z + F, the ramp around N, and the one towards the viewer."""
     towards = from_polar(math.cos(TOWARDS * math.acos(mu)), 0.0)
-    return l[2] + fujii(l, mu), *ramp((0.0, 0.0, 1.0), l), *ramp(towards, l)
+    return l[2] + SHAPE.value(l, mu), *ramp((0.0, 0.0, 1.0), l), *ramp(towards, l)
 
 
 def sine_blend(mu: float) -> Sequence[float]:
@@ -145,10 +151,11 @@ def fit_all() -> tuple[dict[str, list[float]], dict[str, list[float]]]:
     """Return the numbers of each ramp by its name in the shader, for mu = 0 and then for mu = 1, and those of z and F."""
     # z max(0, -x), of equation (1), is the same for every view
     away = [number for (number,) in fit(away_target, one, away_closures, lambda _: (1.0,), views=VIEWS[:1])]
-    model = of(OrenNayar1994(1.0))
-    once = fit(once_1994, model, closures_1994, sine_blend, signed=(0, 1))
-    twice = fit(twice_1994, model, lambda l, mu: closures_1994(l, mu)[:2], sine_blend, signed=(0, 1))
-    dark, white = (fit(target, of(Pits()), pits_closures, blend) for target in (pits, of(Pits())))
+    model = partial(relative_radiance, OrenNayar1994(1.0))
+    once = fit(lambda l, mu: FACETS.value(l, mu) - SHAPE.value(l, mu), model, closures_1994, sine_blend, signed=(0, 1))
+    twice = fit(INTERREFLECTION.value, model, lambda l, mu: closures_1994(l, mu)[:2], sine_blend, signed=(0, 1))
+    walls = partial(relative_radiance, Pitted())
+    dark, white = (fit(target, walls, pitted_closures, blend) for target in (ONCE.value, walls))
 
     def both(rows: list[list[float]]) -> list[float]:
         return [row[i] for i in (0, 1) for row in rows]
@@ -166,16 +173,6 @@ def away_target(l: Vector, _mu: float) -> float:
 
 def one(_l: Vector, _mu: float) -> float:
     return 1.0
-
-
-def once_1994(l: Vector, mu: float) -> float:
-    """What the 1994 model reflects once, over B, beside F."""
-    return oren_nayar_1994(l, mu) - fujii(l, mu)
-
-
-def twice_1994(l: Vector, mu: float) -> float:
-    """What the 1994 model's interreflection, over its factor, has beside z."""
-    return -interreflection(l, mu)
 
 
 def source(ramps: dict[str, list[float]], pairs: dict[str, list[float]]) -> str:

@@ -4,7 +4,8 @@
 import re
 from dataclasses import dataclass
 
-from true_diffuse.addon.realtime.laws import LAWS, Folded, Law, Numbers
+from true_diffuse.addon.models import OrenNayar
+from true_diffuse.addon.realtime.models import Constants, GlslModel, Numbers
 
 # What one operator or function stands for; a dot product of three components is three products and two sums.
 OPERATIONS = {"+": 1, "-": 1, "*": 1, "/": 1, "?": 1, "max": 1, "min": 1, "sqrt": 1, "dot": 5}
@@ -48,12 +49,12 @@ FORMS = (
 )
 
 
-def _fold(inputs: Numbers) -> Folded:
-    return *LAWS["Oren-Nayar"].fold(inputs), inputs["Roughness"]
+def _constants(inputs: Numbers) -> Constants:
+    return *OrenNayar(inputs["Roughness"]).constants, inputs["Roughness"]
 
 
-def law(form: Form) -> Law:
-    """Return `form` as a law of the realtime engine, black where light is behind the surface. A sky it reflects as Lambert does."""
+def glsl_form(form: Form) -> GlslModel:
+    """Return `form` as a model of the realtime engine, black where light is behind the surface; it reflects a sky as Lambert."""
     shape = "material.shape.z, material.shape.x, material.shape.y"
     radiance = f"albedo * max(0.0, form(n, l, v, {shape}, 0.318309886183791))"
-    return Law("geometry", "", radiance, "albedo", _fold, form.function())
+    return GlslModel("geometry", "", radiance, "albedo", _constants, more=form.function())

@@ -17,13 +17,13 @@ import gpu
 from mathutils import Vector
 
 from true_diffuse.addon.measure.record import Progress, Record
-from true_diffuse.addon.models import Specular
-from true_diffuse.addon.realtime.laws import LAWS, SPECULAR, Law
+from true_diffuse.addon.models import MODELS, Specular
+from true_diffuse.addon.realtime.models import SPECULAR, GlslModel, glsl_model
 from true_diffuse.addon.realtime.renderer import TRANSPARENT, Renderer
 from true_diffuse.addon.realtime.scene_cache import BLACK, SceneCache
 from true_diffuse.addon.realtime.view import View
 from true_diffuse.scenes import five_characters
-from true_diffuse.scripts.studies.formulations import FORMS, law
+from true_diffuse.scripts.studies.formulations import FORMS, glsl_form
 
 SIGMA = 0.33
 INPUTS = {"Roughness": SIGMA, "IOR": 1.5, "Specular": Specular().specular, "Exponent": Specular().exponent}
@@ -39,9 +39,9 @@ AS_BUILT = "key, shadow, sky"
 
 PLAIN_LAMBERT, LAMBERT, OREN_NAYAR = "plain Lambert", "lambert.glsl", "oren_nayar.glsl"
 PLAIN = (PLAIN_LAMBERT, "plain (1), as printed", "plain (1), simplified", "plain (1), folded")
-SHIPPED = {f"{one.stem}.glsl": one for one in LAWS.values()}
-VARIANTS: Mapping[str, Law] = {
-    **{name: law(form) for name, form in zip(PLAIN, FORMS, strict=True)},
+SHIPPED = {f"{model.id}.glsl": glsl_model(model) for model in MODELS.values()}
+VARIANTS: Mapping[str, GlslModel] = {
+    **{name: glsl_form(form) for name, form in zip(PLAIN, FORMS, strict=True)},
     **SHIPPED,
     f"{SPECULAR.stem}.glsl": SPECULAR,
 }
@@ -69,8 +69,8 @@ class Drawing(Protocol):
         """Have `setting` ready to draw; return its width, height and triangles."""
         ...
 
-    def frame(self, law: Law) -> Times:
-        """Draw everything with `law` at INPUTS and wait until it is done; return how long that took [s]."""
+    def frame(self, model: GlslModel) -> Times:
+        """Draw everything with `model` at INPUTS and wait until it is done; return how long that took [s]."""
         ...
 
 
@@ -104,10 +104,10 @@ class Characters:
         self._read(1.0, 1.0)
         return self._size()
 
-    def frame(self, law: Law) -> Times:
+    def frame(self, model: GlslModel) -> Times:
         """As `Drawing` has it. Processor time of all threads is the work of a driver that draws there."""
-        shape = law.fold(INPUTS)
-        self._cache.materials = {uid: replace(material, law=law, shape=shape) for uid, material in self._materials.items()}
+        shape = model.constants(INPUTS)
+        self._cache.materials = {uid: replace(material, model=model, shape=shape) for uid, material in self._materials.items()}
         renderer = self._renderer
         renderer.refresh()
         for _ in renderer.compile():
@@ -198,30 +198,30 @@ def records(characters: Characters, quick: bool, progress: Progress) -> Iterator
         yield from interleaved(characters, about, AS_BUILT_VARIANTS, rounds, progress.within)
 
 
-def compare(drawing: Drawing, setting: Setting, laws: Mapping[str, Law], rounds: int, progress: Progress) -> list[Record]:
-    """Return a record for each of `laws` and each clock, after `rounds` in which all take turns, every other one backwards."""
+def compare(drawing: Drawing, setting: Setting, models: Mapping[str, GlslModel], rounds: int, progress: Progress) -> list[Record]:
+    """Return a record for each of `models` and each clock, after `rounds` in which all take turns, every other one backwards."""
     about = {"lit_by": f"{setting.lights} sun{'s' * (setting.lights > 1)}", "lights": setting.lights, **drawing.prepare(setting)}
     text = f"{about['lit_by']}  {about['width']} x {about['height']}  {about['triangles']} triangles"
-    with progress.step(text, _work(laws, setting.lights, rounds)):
-        return interleaved(drawing, about, laws, rounds, lambda done: progress.within(done * _frame_work(setting.lights)))
+    with progress.step(text, _work(models, setting.lights, rounds)):
+        return interleaved(drawing, about, models, rounds, lambda done: progress.within(done * _frame_work(setting.lights)))
 
 
 def interleaved(
-    drawing: Drawing, about: Record, laws: Mapping[str, Law], rounds: int, report: Callable[[int], None]
+    drawing: Drawing, about: Record, models: Mapping[str, GlslModel], rounds: int, report: Callable[[int], None]
 ) -> list[Record]:
-    """Return a record for each of `laws` and each clock: `about`, the median time and its quartiles, and so of each round's ratio.
+    """Return a record for each of `models` and clock: `about`, the median time and its quartiles, and so of each round's ratio.
 
     What is prepared is drawn. `report` is called with how many frames are done.
     """
-    for one in laws.values():
+    for one in models.values():
         drawing.frame(one)  # counts for nothing, as shaders are compiled in it
-    names = list(laws)
+    names = list(models)
     rows: list[dict[str, Times]] = []
     for turn in range(rounds):
         row = {}
         for name in names[::-1] if turn % 2 else names:
-            row[name] = drawing.frame(laws[name])
-            report(turn * len(laws) + len(row))
+            row[name] = drawing.frame(models[name])
+            report(turn * len(models) + len(row))
         rows.append(row)
     found = []
     for name in names:
@@ -229,7 +229,7 @@ def interleaved(
             record = {"target": "realtime", "model": name, "clock": clock, **about, "rounds": rounds}
             record |= _spread("seconds", [row[name][clock] for row in rows])
             for key, other in (("over_lambert", LAMBERT), ("over_plain_lambert", PLAIN_LAMBERT)):
-                if other in laws:
+                if other in models:
                     record |= _spread(key, [row[name][clock] / row[other][clock] for row in rows])
             found.append(record)
     return found
@@ -288,8 +288,8 @@ def _frame_work(lights: int) -> float:
     return 1.0 + lights / 5.0
 
 
-def _work(laws: Mapping[str, Law], lights: int, rounds: int) -> float:
-    return len(laws) * rounds * _frame_work(lights)
+def _work(models: Mapping[str, GlslModel], lights: int, rounds: int) -> float:
+    return len(models) * rounds * _frame_work(lights)
 
 
 def _spread(key: str, values: Sequence[float]) -> Record:

@@ -18,19 +18,24 @@ from true_diffuse.addon.blender import engines
 from true_diffuse.addon.closures.lobe_error import VIEWS
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
-from true_diffuse.addon.models import Model
+from true_diffuse.addon.models import MODELS, Model
 from true_diffuse.addon.models.quadrature import gauss_legendre
+from true_diffuse.addon.models.registry import Osl
 from true_diffuse.addon.models.vector import Vector, add, dot, from_polar, normalize, scale
 from true_diffuse.scripts.studies.float32_accuracy import Arguments, single_vector
 
-MODELS = ("lambert", "oren_nayar", "fujii", "eon", "cycles_diffuse", "oren_nayar_1994", "wolff", "pits")  # as Model counts them
-EXACT = ("lambert", "oren_nayar", "fujii", "eon", "cycles_diffuse")  # Oren-Nayar where s >= 0
+EXACT = (Osl.EXACT, Osl.EXACT_TOWARDS_VIEWER)
 VIEWER: Vector = (0.0, 0.0, 1.0)
 # Where N has a cosine below STEEP to light or viewer, the mesh faces both halfway: Cycles lights no surface from behind.
 STEEP = 0.02
 LOBE_SUNS, LOBE_AZIMUTHS = 24, 96  # for `lobe_errors`: about 2000 lights for each view
 SMALLEST = 4  # pixels, the least that Blender renders
 HALF = 0.45  # of a pixel: how far each triangle reaches
+
+
+def drawn() -> list[str]:
+    """Return the ids of the models that the shader has, in the order of their numbers."""
+    return [model.id for model in MODELS.values() if model.osl is not None]
 
 
 @dataclass(frozen=True)
@@ -43,7 +48,7 @@ class Sun:
 
 @dataclass(frozen=True)
 class Inputs:
-    """What one pixel shows: `model` of MODELS with all of the shader's parameters, each a 32-bit float.
+    """What one pixel shows: `model`, one of `drawn`, with all of the shader's parameters, each a 32-bit float.
 
     `normal` is the shader's Normal, `n` the normal of the mesh if that must differ, as where Normal has no direction. A mesh that
     `turns` where N is steep goes without Cycles' shadowing of the ramps.
@@ -60,8 +65,8 @@ class Inputs:
 
     @property
     def shape(self) -> tuple[float, ...]:
-        """The values of `shape_names`."""
-        return tuple(getattr(self, name) for name in shape_names(self.model))
+        """The value of the model's parameter, if it has one."""
+        return MODELS[self.model].shape({"Roughness": self.roughness, "IOR": self.ior})
 
     def arguments(self) -> Arguments:
         """Return what the formula gets."""
@@ -74,11 +79,6 @@ class Inputs:
             return n, False
         half = add(l, VIEWER)
         return normalize(half if math.hypot(*half) > 0.1 * STEEP else add(n, scale(VIEWER, STEEP))), True
-
-
-def shape_names(model: str) -> tuple[str, ...]:
-    """Return the names of the parameters that `model` has beside the albedo, as `Inputs` has them."""
-    return () if model in ("lambert", "pits") else ("ior",) if model == "wolff" else ("roughness",)
 
 
 def suns(aims: Sequence[Vector]) -> list[Sun]:
@@ -183,7 +183,7 @@ def _mesh(inputs: Sequence[Inputs], width: int) -> bpy.types.Mesh:
     mesh.shade_flat()  # Cycles rounds the normals of smooth shading to 1e-5
     mesh.update(calc_edges=True)
     numbers = {
-        "Model": [float(MODELS.index(one.model)) for one in inputs],
+        "Model": [float(MODELS[one.model].number) for one in inputs],
         "Roughness": [one.roughness for one in inputs],
         "IOR": [one.ior for one in inputs],
     }
@@ -197,7 +197,7 @@ def _mesh(inputs: Sequence[Inputs], width: int) -> bpy.types.Mesh:
 
 @dataclass(frozen=True)
 class Shown:
-    """A model of MODELS as the shader has it, to be held against the formula `exact`."""
+    """A model of `drawn` as the shader has it, to be held against the formula `exact`."""
 
     model: str
     exact: Model

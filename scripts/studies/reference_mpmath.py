@@ -128,7 +128,7 @@ def wolff(g: Angles, rho: Number, context: Context, ior: float) -> Number:
     return rho / context.pi * g.cos_i * (1 - reflectance(g.theta_i, index)) * (1 - reflectance(leaving, 1 / index))
 
 
-def pits(g: Angles, rho: Number, context: Context) -> Number:
+def pitted(g: Angles, rho: Number, context: Context) -> Number:
     """Return J. Koenderink and others' thoroughly pitted surface (IJCV 31, 1999).
 
     The light reflected once is an integral of (m.L)(m.V) over the triangle m.N > 0, m.L' > 0, m.V' > 0, by J. Arvo's double axial
@@ -166,7 +166,7 @@ MODELS: dict[str, Callable[..., Number]] = {
     "eon": eon,
     "cycles_diffuse": cycles_diffuse,
     "wolff": wolff,
-    "pits": pits,
+    "pitted": pitted,
 }
 
 

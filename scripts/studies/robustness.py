@@ -23,10 +23,9 @@ from true_diffuse.addon.measure import render
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.models import directional_albedo
 from true_diffuse.addon.nodes import chosen_lights
-from true_diffuse.scripts.studies.rough import LAMBERT, OTHERS, PAPER, SPECULAR, SPECULAR_WAYS, WAYS, Law, Way
+from true_diffuse.scripts.studies.rough import EON, EVERY, PAPER, SPECULAR, SPECULAR_WAYS, WAYS, MeasuredModel, Way
 
-LAWS = (LAMBERT, PAPER, *OTHERS)
-QUICK_LAWS = (PAPER, OTHERS[1])
+QUICK_MODELS = (PAPER, EON)
 FURNACE_MUS = (1.0, 0.5, 0.2, 0.05)
 FURNACE_SIGMAS = (0.0, 0.2, 0.33, 1.0)
 FURNACE_ALBEDOS = (1.0, 0.8)
@@ -146,14 +145,14 @@ def sheet(mus: Sequence[float], rows: Sequence[Inputs], cell: int) -> Sheet:
     return Sheet(scene, subject, sun, columns, count, cell)
 
 
-def fed(law: Law, mode: str) -> bpy.types.Material:
+def fed(measured: MeasuredModel, mode: str) -> bpy.types.Material:
     """Return a material whose inputs come from the mesh's attributes: numbers that no socket's limits hold back.
 
     EEVEE reads 0 for an attribute that is not finite, so infinity and NaN are made in nodes: x (1 + HUGE^2), x being 1 and 0.
     """
-    material = law.material(mode)
+    material = measured.material(mode)
     tree = material.node_tree
-    for name in _inputs(law):
+    for name in _inputs(measured):
         x, huge = tree.nodes.new("ShaderNodeAttribute"), tree.nodes.new("ShaderNodeAttribute")
         x.attribute_name, huge.attribute_name = name, name + BEYOND
         sources = (huge.outputs["Vector"], huge.outputs["Vector"]), (None, ONE), (None, x.outputs["Vector"])
@@ -167,13 +166,13 @@ def fed(law: Law, mode: str) -> bpy.types.Material:
                 else:
                     tree.links.new(source or previous, socket)
             previous = node.outputs["Vector"]
-        tree.links.new(previous, tree.nodes[law.group.name].inputs[name])
+        tree.links.new(previous, tree.nodes[measured.group.name].inputs[name])
     return material
 
 
-def _inputs(law: Law) -> list[str]:
+def _inputs(measured: MeasuredModel) -> list[str]:
     """Return which of the sheet's attributes are inputs of a model's group."""
-    return [socket.name for socket in law.group.inputs if socket.name in USUAL]
+    return [socket.name for socket in measured.group.inputs if socket.name in USUAL]
 
 
 def _finite(x: float) -> float:
@@ -203,19 +202,20 @@ def _turn(sun: bpy.types.Object, degrees: float) -> None:
 
 class Case(NamedTuple):
     way: Way
-    law: Law
+    measured: MeasuredModel
 
     @property
     def name(self) -> str:
-        return f"{self.way.engine.label}  {self.way.home}  {self.way.mode}  {self.law.name}"
+        return f"{self.way.engine.label}  {self.way.home}  {self.way.mode}  {self.measured.name}"
 
     @property
     def record(self) -> Record:
-        return {"engine": self.way.engine.key, "home": self.way.home, "mode": self.way.mode, "model": self.law.name}
+        return {"engine": self.way.engine.key, "home": self.way.home, "mode": self.way.mode, "model": self.measured.name}
 
 
-def _cases(used: Sequence[Engine], laws: Iterable[Law], lamps_too: bool, ways: Iterable[Way] = WAYS) -> list[Case]:
-    return [Case(way, law) for way in ways if way.engine in used and (lamps_too or way.mode != CHOSEN_LIGHTS) for law in laws]
+def _cases(used: Sequence[Engine], measured: Iterable[MeasuredModel], lamps_too: bool, ways: Iterable[Way] = WAYS) -> list[Case]:
+    chosen = [way for way in ways if way.engine in used and (lamps_too or way.mode != CHOSEN_LIGHTS)]
+    return [Case(way, each) for way in chosen for each in measured if not (way.osl and each.model and each.model.osl is None)]
 
 
 # Furnace
@@ -233,20 +233,20 @@ def furnace(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator
         samples = FURNACE_SAMPLES[case.way.engine.key]
         bent.scene.cycles.shading_system = case.way.osl
         with progress.step(f"Furnace  {case.name}{'  ray tracing' if traced else ''}", 1.0):
-            cells = bent.cells(fed(case.law, case.way.mode), case.way.engine, samples, white, traced)
+            cells = bent.cells(fed(case.measured, case.way.mode), case.way.engine, samples, white, traced)
         for index, (sigma, rho) in enumerate(rows):
-            if not case.law.rough and sigma != FURNACE_SIGMAS[0]:
+            if not case.measured.is_rough and sigma != FURNACE_SIGMAS[0]:
                 continue
             for column, mu in enumerate(FURNACE_MUS):
                 values = cells[index * len(FURNACE_MUS) + column]
                 yield {
                     **case.record,
-                    "sigma": sigma if case.law.rough else None,
+                    "sigma": sigma if case.measured.is_rough else None,
                     "albedo": rho,
                     "mu": mu,
                     "ray_tracing": traced,
                     "rendered": sum(values) / len(values),
-                    "analytic": _albedo(case.law, sigma, mu, rho),
+                    "analytic": _albedo(case.measured, sigma, mu, rho),
                     "samples": samples,
                 }
 
@@ -257,13 +257,13 @@ def furnace_work(used: Sequence[Engine], quick: bool) -> int:
 
 
 def _furnace_cases(used: Sequence[Engine], quick: bool) -> list[tuple[Case, bool]]:
-    plain = [(case, False) for case in _cases(used, QUICK_LAWS if quick else LAWS, lamps_too=False)]
-    return plain + [(case, True) for case, _ in plain if case.way.engine is EEVEE and case.law in QUICK_LAWS]
+    plain = [(case, False) for case in _cases(used, QUICK_MODELS if quick else tuple(EVERY.values()), lamps_too=False)]
+    return plain + [(case, True) for case, _ in plain if case.way.engine is EEVEE and case.measured in QUICK_MODELS]
 
 
 @cache
-def _albedo(law: Law, sigma: float, mu: float, rho: float) -> float:
-    return directional_albedo(law.make(sigma), mu, rho, order=16)  # to 1e-5 also for pits, the least smooth
+def _albedo(measured: MeasuredModel, sigma: float, mu: float, rho: float) -> float:
+    return directional_albedo(measured.formula(sigma), mu, rho, order=16)  # to 1e-5 also for Pitted, the least smooth
 
 
 def furnace_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
@@ -350,10 +350,10 @@ def leak(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Re
         chosen_lights.choose([solid.sun])
         for case in _leak_cases(used, quick):
             solid.scene.cycles.shading_system = case.way.osl
-            material = case.law.material(case.way.mode, Color=LEAK_COLOR, Roughness=LEAK_SIGMA)
+            material = case.measured.material(case.way.mode, Color=LEAK_COLOR, Roughness=LEAK_SIGMA)
             name = "sphere" if thickness is None else f"slab {1000.0 * thickness:g} mm"
             with progress.step(f"Leak  {case.name}  {name}", 1.0):
-                for wired in (True, False) if case.way.scheme in (PAIR, SIGNED) else (True,):
+                for wired in (True, False) if case.way.lobe_set in (PAIR, SIGNED) else (True,):
                     if not wired:
                         _unwire(material)
                     for degrees in LEAK_DEGREES:
@@ -365,7 +365,7 @@ def leak(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Re
 
 
 def _leak_cases(used: Sequence[Engine], quick: bool) -> list[Case]:
-    return _cases(used, QUICK_LAWS[:1] if quick else QUICK_LAWS, lamps_too=True)
+    return _cases(used, QUICK_MODELS[:1] if quick else QUICK_MODELS, lamps_too=True)
 
 
 def _unwire(material: bpy.types.Material) -> None:
@@ -400,10 +400,10 @@ def leak_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[s
 # Extremes
 
 
-def extreme_rows(law: Law) -> list[tuple[str, str, Inputs]]:
+def extreme_rows(measured: MeasuredModel) -> list[tuple[str, str, Inputs]]:
     """Return what the rows of a sheet for a model's group are: the input that is odd, its value in words, and all inputs."""
     rows = []
-    for name in _inputs(law):
+    for name in _inputs(measured):
         rows += [(name, f"{value:g}", {**USUAL, name: (value,) * 3}) for value in NUMBERS.get(name, ())]
     return rows + [("Normal", words, {**USUAL, "Normal": value}) for words, value in NORMALS]
 
@@ -415,20 +415,20 @@ def extremes(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterato
     """
     white = uniform_world()
     for cases in _extreme_cases(used, quick):
-        rows = extreme_rows(cases[0].law)
+        rows = extreme_rows(cases[0].measured)
         bent = sheet(EXTREME_MUS, [inputs for _, _, inputs in rows], EXTREME_CELL)
         chosen_lights.choose([bent.sun])
         for case in cases:
             bent.scene.cycles.shading_system = case.way.osl
             with progress.step(f"Extremes  {case.name}", 1.0):
-                ranges = odd_inputs(bent, fed(case.law, case.way.mode), case.way.engine, (*SUNS, white))
+                ranges = odd_inputs(bent, fed(case.measured, case.way.mode), case.way.engine, (*SUNS, white))
             for (name, words, _), (low, high, finite) in zip(rows, ranges, strict=True):
                 yield {**case.record, "input": name, "value": words, "minimum": low, "maximum": high, "finite": finite}
 
 
 def _extreme_cases(used: Sequence[Engine], quick: bool) -> list[list[Case]]:
     """Return the cases of each group."""
-    rough = _cases(used, QUICK_LAWS if quick else LAWS, lamps_too=True)
+    rough = _cases(used, QUICK_MODELS if quick else tuple(EVERY.values()), lamps_too=True)
     return [rough, _cases(used, (SPECULAR,), lamps_too=True, ways=SPECULAR_WAYS)]
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How near each home of a model comes to its formula: records for the accuracy report."""
+"""How near each target of a model comes to its formula: records for the accuracy report."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from statistics import median
 from typing import Any
@@ -17,7 +17,8 @@ from true_diffuse.addon.closures.lobes import Rendered
 from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure.record import Progress, Record, known
-from true_diffuse.addon.models import CyclesDiffuse, Eon, Fujii, Lambert, Model, OrenNayar, OrenNayar1994, Pits, Specular, Wolff
+from true_diffuse.addon.models import MODELS, Lambert, Model, ReflectanceModel, Specular
+from true_diffuse.addon.models.registry import IOR
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group, chosen_lights
 from true_diffuse.scenes.sphere import COLOR, SphereUnderSun, sky, three_lights
 from true_diffuse.scripts.studies import osl_values
@@ -33,41 +34,42 @@ SKY = ((0.35, 0.3, 0.25), (0.4, 0.6, 1.0), 0.5)
 
 
 @dataclass(frozen=True)
-class Law:
-    """A model as its group's menu, or the group itself, calls it; `make` it with a roughness, or without where it has none."""
+class MeasuredModel:
+    """A reflectance model in the group Rough Diffuse; without one the group Standard Specular."""
 
-    name: str
-    make: Callable[[float], Model]
-    rough: bool = True
-    group: Group = ROUGH_DIFFUSE
+    model: ReflectanceModel | None
 
     @property
-    def stem(self) -> str:
-        """Its name in shaders."""
-        return self.name.lower().replace("-", "_").replace(" ", "_")
+    def name(self) -> str:
+        return self.model.label if self.model else SPECULAR_GROUP.label
+
+    @property
+    def group(self) -> Group:
+        return ROUGH_DIFFUSE if self.model else SPECULAR_GROUP
+
+    @property
+    def is_rough(self) -> bool:
+        return self.model is not None and self.model.is_rough
+
+    def formula(self, roughness: float) -> Model:
+        """Return its formula, of that roughness if it has one; else of the group's usual inputs."""
+        return self.model.reference({"Roughness": roughness, "IOR": IOR.usual}) if self.model else Specular()
 
     def material(self, mode: str, **inputs: materials.Setting) -> bpy.types.Material:
         """Return a new material of it in a `mode`, its other sockets set to `inputs`."""
-        model = {"Model": self.name} if self.group is ROUGH_DIFFUSE else {}
+        model = {"Model": self.model.label} if self.model else {}
         return materials.create(f"{self.name} {mode}", self.group, Quality=mode, **model, **inputs)
 
 
-PAPER = Law("Oren-Nayar", OrenNayar)
-LAMBERT = Law("Lambert", lambda _: Lambert(), rough=False)
-OTHERS = (
-    Law("Fujii", Fujii),
-    Law("EON", Eon),
-    Law("Cycles Diffuse", CyclesDiffuse),
-    Law("Oren-Nayar 1994", OrenNayar1994),
-    Law("Wolff", lambda _: Wolff(), rough=False),
-    Law("Pitted (Koenderink)", lambda _: Pits(), rough=False),
-)
-SPECULAR = Law("Standard Specular", lambda _: Specular(), rough=False, group=SPECULAR_GROUP)
+EVERY = {model.id: MeasuredModel(model) for model in MODELS.values()}
+PAPER, LAMBERT, EON = EVERY["oren_nayar"], EVERY["lambert"], EVERY["eon"]
+OTHERS = tuple(measured for measured in EVERY.values() if measured not in (PAPER, LAMBERT))
+SPECULAR = MeasuredModel(None)
 
 
 @dataclass(frozen=True)
 class Way:
-    """One way to render a model; `scheme` names the formula of its lobes, from which the lobe error follows; OSL's is measured.
+    """One way to render a model; `lobe_set` names its lobes, from which the lobe error follows; OSL's is measured.
 
     `in_shadow`: the mode Lamps follows another sun, too, from above, of which there is nothing but shadow.
     """
@@ -75,7 +77,7 @@ class Way:
     home: str
     engine: Engine
     mode: str
-    scheme: str | None
+    lobe_set: str | None
     osl: bool = False
     in_shadow: bool = False
 
@@ -102,15 +104,15 @@ class Case:
     """A model of some roughness, rendered some way; `shown` is what stands in for it where that is another model."""
 
     way: Way
-    law: Law
+    measured: MeasuredModel
     sigma: float
-    shown: Law | None = None
+    shown: MeasuredModel | None = None
 
     @property
     def name(self) -> str:
         mode = f"{self.shown.name} instead" if self.shown else self.way.name
-        roughness = f"  {self.sigma:g}" if self.law.rough else ""
-        return f"{self.way.engine.label}  {self.way.home}  {mode}  {self.law.name}{roughness}"
+        roughness = f"  {self.sigma:g}" if self.measured.is_rough else ""
+        return f"{self.way.engine.label}  {self.way.home}  {mode}  {self.measured.name}{roughness}"
 
 
 def cases(used: Sequence[Engine], quick: bool) -> list[Case]:
@@ -125,10 +127,11 @@ def cases(used: Sequence[Engine], quick: bool) -> list[Case]:
                 result += [Case(way, PAPER, sigma) for sigma in (QUICK_SIGMAS if quick else SIGMAS)]
         if engine is IN_SHADOW.engine and not quick:
             result += [Case(IN_SHADOW, PAPER, sigma) for sigma in SIGMAS]
-        for law in () if quick else OTHERS:
+        for measured in () if quick else OTHERS:
+            sigmas = OTHER_SIGMAS if measured.is_rough else OTHER_SIGMAS[:1]
             for way in ways:
-                if way.engine is engine:
-                    result += [Case(way, law, sigma) for sigma in (OTHER_SIGMAS if law.rough else OTHER_SIGMAS[:1])]
+                if way.engine is engine and not (way.osl and measured.model and measured.model.osl is None):
+                    result += [Case(way, measured, sigma) for sigma in sigmas]
         if not quick:
             result += [Case(way, SPECULAR, 0.0) for way in (*SPECULAR_WAYS, IN_SHADOW) if way.engine is engine]
     return result
@@ -144,13 +147,13 @@ def rough(sphere: SphereUnderSun, used: Sequence[Engine], samples: int, quick: b
     every = cases(used, quick)
     measured = _osl_lobe_errors(every, progress)
     for case in every:
-        way, model = case.way, case.law.make(case.sigma)
+        way, model = case.way, case.measured.formula(case.sigma)
         chosen_lights.choose([sphere.sun, other] if way.in_shadow else [sphere.sun])
         sphere.scene.cycles.shading_system = way.osl
-        rendered = Lambert() if case.shown else Rendered(model, way.scheme) if way.scheme else None
+        rendered = Lambert() if case.shown else Rendered(model, way.lobe_set) if way.lobe_set else None
         error_of_lobes = lobe_error(rendered, model) if rendered else measured.get(case)
-        shown = case.shown or case.law
-        material = shown.material(way.mode, Color=COLOR, **({"Roughness": case.sigma} if shown.rough else {}))
+        shown = case.shown or case.measured
+        material = shown.material(way.mode, Color=COLOR, **({"Roughness": case.sigma} if shown.is_rough else {}))
         for angle in _degrees(quick):
             with progress.step(f"{case.name}  {angle:g} degrees", 1.0):
                 seconds, (errors,) = sphere.measure(material, (model,), way.engine, samples, angle)
@@ -158,8 +161,8 @@ def rough(sphere: SphereUnderSun, used: Sequence[Engine], samples: int, quick: b
                 "home": way.home,
                 "engine": way.engine.key,
                 "mode": "plain Lambert" if case.shown else way.name,
-                "model": case.law.name,
-                "sigma": case.sigma if case.law.rough else None,
+                "model": case.measured.name,
+                "sigma": case.sigma if case.measured.is_rough else None,
                 "light_degrees": angle,
                 "samples": samples,
                 "rms_error": known(errors.rms),
@@ -176,11 +179,11 @@ def rough_work(used: Sequence[Engine], quick: bool) -> float:
 
 def _osl_lobe_errors(every: Sequence[Case], progress: Progress) -> dict[Case, float]:
     """Return the lobe errors of those cases that OSL renders."""
-    chosen = [case for case in every if case.way.osl]
+    chosen = [case for case in every if case.way.osl and case.measured.model]
     if not chosen:
         return {}
     with progress.step("Cycles  osl  lobe errors", OSL_WORK):
-        shown = [osl_values.Shown(case.law.stem, case.law.make(case.sigma), case.sigma) for case in chosen]
+        shown = [osl_values.Shown(case.measured.model.id, case.measured.formula(case.sigma), case.sigma) for case in chosen]
         return dict(zip(chosen, osl_values.lobe_errors(shown), strict=True))
 
 
@@ -190,15 +193,15 @@ def between_engines(sphere: SphereUnderSun, progress: Progress) -> Iterator[Reco
     Cycles renders the same material without OSL. Each record is one unit of work to `progress`.
     """
     lights, world = three_lights(), sky(*SKY)
-    for law, mode, sigma in _pairs():
-        material = law.material(mode, Color=COLOR, Roughness=sigma)
+    for measured, mode, sigma in _pairs():
+        material = measured.material(mode, Color=COLOR, Roughness=sigma)
         for name, used, background in (("lights", lights, None), ("sky", (), world), ("lights and sky", lights, world)):
-            with progress.step(f"EEVEE and Cycles  {name}  {mode}  {law.name}  {sigma:g}", 1.0):
+            with progress.step(f"EEVEE and Cycles  {name}  {mode}  {measured.name}  {sigma:g}", 1.0):
                 seconds, difference = sphere.between_engines(material, used, background, ENGINES_SAMPLES)
             yield {
                 "mode": mode,
-                "model": law.name,
-                "sigma": sigma if law.rough else None,
+                "model": measured.name,
+                "sigma": sigma if measured.is_rough else None,
                 "light": name,
                 "samples": ENGINES_SAMPLES,
                 "rms_difference": known(difference),
@@ -211,10 +214,10 @@ def between_engines_work() -> int:
     return 3 * len(_pairs())
 
 
-def _pairs() -> list[tuple[Law, str, float]]:
+def _pairs() -> list[tuple[MeasuredModel, str, float]]:
     pairs = [(LAMBERT, BALANCED, 0.0)]
     for mode in (FAST, BALANCED, PRECISE):
-        pairs += [(PAPER, mode, sigma) for sigma in SIGMAS] + [(OTHERS[2], mode, 0.33)]
+        pairs += [(PAPER, mode, sigma) for sigma in SIGMAS] + [(EVERY["cycles_diffuse"], mode, 0.33)]
     return pairs
 
 

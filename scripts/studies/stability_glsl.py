@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from true_diffuse.addon.measure.record import Progress, Record
+from true_diffuse.addon.models import MODELS, ReflectanceModel
 from true_diffuse.addon.models.vector import Vector, add, dot, from_polar, normalize, scale
 from true_diffuse.scripts.studies.float32_accuracy import Arguments, Judge, Referee, anywhere, single, single_vector
 from true_diffuse.scripts.studies.glsl_values import evaluate
@@ -48,17 +49,16 @@ class Shader:
         return f"{self.model}_radiance({self.model}_surface(a.xyz, c.xyz, vec3(a.w){arguments}), b.xyz)"
 
 
-SIGMA = Parameter("sigma", 0.0, math.pi / 2, 0.33)
-ROUGHNESS = Parameter("roughness", 0.0, 1.0, 0.5)
+def shader_of(model: ReflectanceModel) -> Shader:
+    """Return the shader of a registered model."""
+    if model.parameter is None:
+        return Shader(model.id)
+    parameter = Parameter(model.parameter.name, model.parameter.low, model.parameter.highest_usual, model.parameter.usual)
+    return Shader(model.id, f", {model.id}_coefficients(p0)", (parameter,))
+
+
 DRAWN = (
-    Shader("lambert"),
-    Shader("oren_nayar", ", oren_nayar_coefficients(p0)", (SIGMA,)),
-    Shader("oren_nayar_1994", ", oren_nayar_1994_coefficients(p0)", (SIGMA,)),
-    Shader("fujii", ", fujii_coefficients(p0)", (ROUGHNESS,)),
-    Shader("eon", ", eon_coefficients(p0)", (ROUGHNESS,)),
-    Shader("cycles_diffuse", ", cycles_diffuse_coefficients(p0)", (ROUGHNESS,)),
-    Shader("wolff", ", wolff_coefficients(p0)", (Parameter("ior", 1.0, 3.0, 1.5),)),
-    Shader("pits"),
+    *map(shader_of, MODELS.values()),
     Shader("blinn_phong", ", p0, p1", (Parameter("specular", 0.0, 1.0, 0.5), Parameter("exponent", 1.0, 1e4, 30.0, decades=True))),
 )
 

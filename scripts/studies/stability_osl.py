@@ -11,9 +11,11 @@ from dataclasses import replace
 from itertools import product
 
 from true_diffuse.addon.measure.record import Progress, Record
+from true_diffuse.addon.models import MODELS
+from true_diffuse.addon.models.registry import Osl
 from true_diffuse.addon.models.vector import Vector, add, dot, normalize, scale
 from true_diffuse.scripts.studies.float32_accuracy import Judge, Referee, anywhere, single, single_vector
-from true_diffuse.scripts.studies.osl_values import EXACT, MODELS, VIEWER, Inputs, Sun, evaluate, shape_names, suns
+from true_diffuse.scripts.studies.osl_values import EXACT, VIEWER, Inputs, Sun, drawn, evaluate, suns
 
 COUNT, SUNS = 100_000, 12
 RENDER_WORK = 8  # as long as so many models take
@@ -22,24 +24,25 @@ RENDER_WORK = 8  # as long as so many models take
 def stability(exact: Referee, quick: Referee, count: int, progress: Progress) -> Iterator[Record]:
     """Yield a record for each model and family of cases: its worst input, and how many inputs do as asked.
 
-    `exact` gives a formula's value in all digits, `quick` in 64-bit floats. All random inputs are of EXACT, `count` of each, and of
-    Wolff's model, whose error is that of its ramp; the other families are of all models, of which those not in EXACT are only asked
-    to be sound. The work is `work` to `progress`.
+    `exact` gives a formula's value in all digits, `quick` in 64-bit floats. All random inputs are of models that are exact, `count`
+    of each, and of those whose error is that of one ramp, as Wolff's; the other families are of all models, of which those that are
+    not exact are only asked to be sound. The work is `work` to `progress`.
     """
     judge = Judge("osl", exact, quick)
     with progress.step("OSL", RENDER_WORK):
         families = _cases(count)
         got = iter(evaluate([one for family in families.values() for one in family]))
-    for model in MODELS:
+    for model in drawn():
+        names = [MODELS[model].parameter.name] if MODELS[model].parameter else []
         with progress.step(f"OSL  {model}", 1.0):
             own = {case: family for (of, case), family in families.items() if of == model}
-            records = judge.records(model, shape_names(model), own, got)
+            records = judge.records(model, names, own, got)
         yield from records
 
 
 def work() -> int:
     """Return how many units of work `stability` has."""
-    return RENDER_WORK + len(MODELS)
+    return RENDER_WORK + len(drawn())
 
 
 def _between(sun: Sun, mu_i: float, mu_o: float) -> Vector | None:
@@ -92,14 +95,17 @@ def _cases(count: int) -> dict[tuple[str, str], list[Inputs]]:
 
     rho, roughness, ior = single(0.7, 0.33, 1.5)
     families: dict[tuple[str, str], list[Inputs]] = {}
-    for model in MODELS:
+    for model in drawn():
+        is_towards_viewer = MODELS[model].osl is Osl.EXACT_TOWARDS_VIEWER
         typical = Inputs(model, ahead, VIEWER, rho, roughness, ior)
 
-        def at(places: Sequence[tuple[Sun, Vector]], typical: Inputs = typical) -> list[Inputs]:
-            chosen = places if typical.model != "oren_nayar" else [place for place in places if _towards_viewer(*place)]
+        def at(
+            places: Sequence[tuple[Sun, Vector]], typical: Inputs = typical, towards_viewer: bool = is_towards_viewer
+        ) -> list[Inputs]:
+            chosen = [place for place in places if _towards_viewer(*place)] if towards_viewer else places
             return [replace(typical, sun=sun, normal=n) for sun, n in chosen]
 
-        if model in EXACT or model == "wolff":
+        if MODELS[model].osl in EXACT or not MODELS[model].functions:
             families[model, "random"] = [
                 replace(one, albedo=a, roughness=r, ior=n)
                 for one in at(lit)

@@ -12,10 +12,11 @@ from typing import Any
 
 from true_diffuse.addon.models import half_space
 from true_diffuse.addon.models.burley import Burley
-from true_diffuse.addon.models.dipole import BetterDipole, StandardDipole, standard_a, standard_inverse
+from true_diffuse.addon.models.dipole import StandardDipole, standard_a
 from true_diffuse.addon.models.fresnel import passing
 from true_diffuse.addon.models.medium import LONGEST, SHORTEST, Channel
 from true_diffuse.addon.models.quadrature import integrate
+from true_diffuse.scripts.studies.dipoles import BetterDipole, standard_inverse
 
 type Record = dict[str, Any]
 type Number = Any  # float or Decimal

@@ -17,7 +17,7 @@ from true_diffuse.addon.nodes import ROUGH_DIFFUSE
 from true_diffuse.scenes.elements import beside_viewer
 from true_diffuse.scenes.sphere import COLOR, SphereUnderSun
 from true_diffuse.scripts.studies import storm
-from true_diffuse.scripts.studies.rough import LAMBERT, OTHER_SIGMAS, OTHERS, PAPER, QUICK_SIGMAS, SIGMAS, Law
+from true_diffuse.scripts.studies.rough import EON, LAMBERT, OTHER_SIGMAS, OTHERS, PAPER, QUICK_SIGMAS, SIGMAS, MeasuredModel
 
 LIGHT_DEGREES = (0.0, 60.0, 120.0)  # between light and viewer; MaterialX's compensated formula is wrong beyond 90
 CONSUMERS = ("MaterialX in Storm", "UsdPreviewSurface in Storm")
@@ -30,13 +30,13 @@ type Checker = Callable[[Path], list[Record]]  # runs scripts/check_usd.py on a 
 class Case:
     """A reflectance model and its roughness."""
 
-    law: Law
+    measured: MeasuredModel
     sigma: float
 
     def material(self) -> bpy.types.Material:
         """Return a new material of the model, in COLOR."""
-        inputs = {"Model": self.law.name, "Color": COLOR, "Roughness": self.sigma}
-        return materials.create(f"{self.law.name} {self.sigma:g}", ROUGH_DIFFUSE, **inputs)
+        inputs = {"Model": self.measured.name, "Color": COLOR, "Roughness": self.sigma}
+        return materials.create(f"{self.measured.name} {self.sigma:g}", ROUGH_DIFFUSE, **inputs)
 
 
 def cases(quick: bool) -> list[Case]:
@@ -44,9 +44,10 @@ def cases(quick: bool) -> list[Case]:
     if quick:
         return [Case(PAPER, sigma) for sigma in QUICK_SIGMAS]
     first = [Case(LAMBERT, 0.0), *(Case(PAPER, sigma) for sigma in SIGMAS)]
-    eon = next(law for law in OTHERS if law.name == "EON")
-    others = [Case(law, sigma) for law in OTHERS if law is not eon for sigma in (OTHER_SIGMAS if law.rough else OTHER_SIGMAS[:1])]
-    return first + [Case(eon, sigma) for sigma in SIGMAS] + others
+    others = [
+        Case(each, sigma) for each in OTHERS if each is not EON for sigma in (OTHER_SIGMAS if each.is_rough else OTHER_SIGMAS[:1])
+    ]
+    return first + [Case(EON, sigma) for sigma in SIGMAS] + others
 
 
 def work(quick: bool) -> float:
@@ -63,13 +64,13 @@ def records(sphere: SphereUnderSun, folder: Path, check: Checker, quick: bool, p
         yield {**_record(case, GENERATED), **found[case]}
         for degrees in LIGHT_DEGREES:
             for consumer in CONSUMERS:
-                with progress.step(f"{consumer}  {case.law.name}  {case.sigma:g}  {degrees:g} degrees", 1.0):
+                with progress.step(f"{consumer}  {case.measured.name}  {case.sigma:g}  {degrees:g} degrees", 1.0):
                     rms = rendered(sphere, case, degrees, folder / "one.usdc", preview=consumer is CONSUMERS[1])
                 yield {**_record(case, consumer), "light_degrees": degrees, "rms_error": known(rms)}
 
 
 def _record(case: Case, consumer: str) -> Record:
-    return {"consumer": consumer, "model": case.law.name, "sigma": case.sigma if case.law.rough else None}
+    return {"consumer": consumer, "model": case.measured.name, "sigma": case.sigma if case.measured.is_rough else None}
 
 
 def _generated(sphere: SphereUnderSun, every: Sequence[Case], file: Path, check: Checker) -> dict[Case, Record]:
@@ -110,7 +111,7 @@ def rendered(sphere: SphereUnderSun, case: Case, degrees: float, file: Path, pre
     light = replace(render.light_of(sphere.sun), irradiance=sun.GetIntensityAttr().Get())
     eye = tuple(sphere.scene.camera.matrix_world.translation)
     inside = _without_rim(sphere.surface(), sphere.scene.render.resolution_x)
-    expected, lambert = error.analytic(inside, [case.law.make(case.sigma), Lambert()], eye, light)
+    expected, lambert = error.analytic(inside, [case.measured.formula(case.sigma), Lambert()], eye, light)
     return error.errors(rgb, expected, lambert).rms
 
 

@@ -35,7 +35,7 @@ from true_diffuse.scripts.characters import face
 from true_diffuse.scripts.characters.human import REGIONS
 from true_diffuse.scripts.studies import face as face_study
 from true_diffuse.scripts.studies.robustness import uniform_world
-from true_diffuse.scripts.studies.rough import Law
+from true_diffuse.scripts.studies.rough import MeasuredModel
 from true_diffuse.scripts.studies.work_precision.variants import SIGMA, Variant, rough, translucent
 
 ALBEDO = 0.8  # of the lightest paint
@@ -166,16 +166,16 @@ class Sphere(TestScene):
             return render.radiance(scene, engine, samples, seed)
 
     def error_of(self, variant: Variant, rgb: array[float], takes: Takes) -> float:
-        law = variant.target
-        if law.name not in self._expected:
-            self._expected[law.name] = self.expected(law)
-        expected = self._expected[law.name]
+        measured = variant.target
+        if measured.name not in self._expected:
+            self._expected[measured.name] = self.expected(measured)
+        expected = self._expected[measured.name]
         return error.errors(rgb, expected, expected).rms
 
-    def expected(self, law: Law) -> error.Analytic:
+    def expected(self, measured: MeasuredModel) -> error.Analytic:
         """Return the radiance of a model at every pixel that faces the light."""
         camera = tuple(self.built.scene.camera.matrix_world.translation)
-        return error.analytic(self.built.surface(), [law.make(SIGMA)], camera, render.light_of(self.built.sun))[0]
+        return error.analytic(self.built.surface(), [measured.formula(SIGMA)], camera, render.light_of(self.built.sun))[0]
 
 
 class Furnace(Sphere):
@@ -198,9 +198,13 @@ class Furnace(Sphere):
     def prepare(self) -> None:
         """Nothing is chosen: the world is no lamp."""
 
-    def expected(self, law: Law) -> error.Analytic:
+    def expected(self, measured: MeasuredModel) -> error.Analytic:
         """Return the share of the world's light that a model reflects, at every measurable pixel."""
-        surface, camera, model = self.built.surface(), tuple(self.built.scene.camera.matrix_world.translation), law.make(SIGMA)
+        surface, camera, model = (
+            self.built.surface(),
+            tuple(self.built.scene.camera.matrix_world.translation),
+            measured.formula(SIGMA),
+        )
         tables = [[directional_albedo(model, (k + 0.5) / NODES, rho, order=12) for k in range(NODES)] for rho in COLOR[:3]]
         pixels, radiance = array("l"), array("f")
         for pixel, measurable in enumerate(surface.measurable):

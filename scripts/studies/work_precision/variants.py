@@ -15,7 +15,7 @@ from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, P
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.scripts.studies.rough import OTHERS, PAPER, Law
+from true_diffuse.scripts.studies.rough import OTHERS, PAPER, MeasuredModel
 
 SIGMA = 0.33  # of the paper's roughest character [radians]; Blender's own closures get it as their roughness
 MEDIUM = PRESETS["skin_2"]  # of the face
@@ -47,7 +47,7 @@ class Variant:
     quality: str | None = None
     sigma: float | None = None
     osl: bool = False
-    target: Law = PAPER
+    target: MeasuredModel = PAPER
     is_extra: bool = False
 
     @property
@@ -93,20 +93,22 @@ def rough(used: Sequence[Engine], quick: bool, sunlit: bool) -> list[Variant]:
 
 def others(used: Sequence[Engine]) -> list[Variant]:
     """Return the rough models beside the paper's, in Balanced quality where there is a choice, each against its own formula."""
-    return [_group(engine, law, USUAL[engine], is_extra=True) for engine in used for law in OTHERS if law.rough]
+    return [_group(engine, measured, USUAL[engine], is_extra=True) for engine in used for measured in OTHERS if measured.is_rough]
 
 
-def _group(engine: Engine, law: Law, quality: str | None, osl: bool = False, is_extra: bool = False) -> Variant:
+def _group(engine: Engine, measured: MeasuredModel, quality: str | None, osl: bool = False, is_extra: bool = False) -> Variant:
     def make(paint: Paint) -> bpy.types.Material:
         chosen = {} if quality is None else {"Quality": quality}
         material = materials.create(
-            f"{law.name} {quality or engine.label}", ROUGH_DIFFUSE, Model=law.name, Roughness=SIGMA, **chosen
+            f"{measured.name} {quality or engine.label}", ROUGH_DIFFUSE, Model=measured.name, Roughness=SIGMA, **chosen
         )
         paint(material, material.node_tree.nodes[ROUGH_DIFFUSE.name].inputs["Color"])
         return material
 
-    label = ", ".join(part for part in ("Rough Diffuse", "OSL" if osl else quality, None if law is PAPER else law.name) if part)
-    return Variant(engine, label, make, OURS, ROUGH_DIFFUSE.key, law.name, quality, SIGMA, osl, law, is_extra)
+    label = ", ".join(
+        part for part in ("Rough Diffuse", "OSL" if osl else quality, None if measured is PAPER else measured.name) if part
+    )
+    return Variant(engine, label, make, OURS, ROUGH_DIFFUSE.key, measured.name, quality, SIGMA, osl, measured, is_extra)
 
 
 def _own(engine: Engine) -> list[Variant]:

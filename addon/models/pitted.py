@@ -21,6 +21,8 @@ import math
 from dataclasses import dataclass
 
 from .geometry import Geometry, azimuth, clamp, geometry
+from .registry import Glsl, MaterialX, Osl, ReflectanceModel
+from .terms import Expansion, LightFunction, Terms, relative_radiance
 from .vector import Vector
 
 
@@ -61,7 +63,7 @@ def once_reflected(g: Geometry) -> float:
 
 
 @dataclass(frozen=True)
-class Pits:
+class Pitted:
     """Directional albedo: rho / (2 - rho) for light from everywhere, of which rho / 2 is reflected once. Reciprocal.
 
     Brightest towards the light. rho is the albedo of the wall, so the surface is darker than rho: a pit is a trap.
@@ -74,3 +76,42 @@ class Pits:
             return 0.0
         rho = clamp(albedo, 0.0, 1.0)
         return rho / (3.0 * math.pi**2) * once_reflected(g) + rho * rho / (math.pi * (4.0 - 2.0 * rho)) * g.mu_i
+
+    def average_albedo(self, albedo: float) -> float:
+        """Return rho / (2 - rho)."""
+        return albedo / (2.0 - albedo)
+
+    @property
+    def constants(self) -> tuple[float, ...]:
+        """None."""
+        return ()
+
+
+def once(l: Vector, mu: float) -> float:
+    """Return the light that the pits reflect once; at rho = 1 the rest is z / 2."""
+    return relative_radiance(Pitted(), l, mu) - 0.5 * l[2]
+
+
+ONCE = LightFunction("pitted", once)
+
+
+class PittedTerms(Terms):
+    """What is reflected once, and z for the rest. The formula is too much for nodes to evaluate for one light."""
+
+    def expansion(self) -> Expansion:
+        rho = self.view.color
+        return Expansion(rho / (4.0 - rho * 2.0), {ONCE.name: 1.0})
+
+
+MODEL = ReflectanceModel(
+    id="pitted",
+    number=7,
+    label="Pitted (Koenderink)",
+    description="A surface of nothing but round pits, after Koenderink: brightest towards the light",
+    formula=Pitted,
+    terms=PittedTerms,
+    functions=(ONCE,),
+    glsl=Glsl(albedo_stem="directional_albedo"),
+    osl=Osl.FITTED,
+    materialx=MaterialX("eon", roughness=1.0),
+)

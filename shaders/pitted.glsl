@@ -9,7 +9,7 @@
 //           + (mu_o / mu_i) (mu_o S_o + sin(gamma) / 2) (1 + cos(C)),   S = sin(theta)
 // GLSL 3.30 and ES 3.00 (under precision highp float); functions only, no bindings. Include geometry.glsl before it.
 
-struct PitsSurface {
+struct PittedSurface {
     DiffuseView view;
     vec3 n;
     vec3 v;
@@ -20,18 +20,18 @@ struct PitsSurface {
 
 // Returns what is the same for all lights. n, v: unit normal and direction to the viewer; geometry.glsl says what becomes of others.
 // albedo: rho of the walls, 0 to 1, clamped, NaN gives 0; the surface as a whole reflects rho / (2 - rho).
-PitsSurface pits_surface(vec3 n, vec3 v, vec3 albedo)
+PittedSurface pitted_surface(vec3 n, vec3 v, vec3 albedo)
 {
     DiffuseView view = diffuse_view(n, v);
     vec3 rho = diffuse_albedo(albedo);
     vec3 interreflection = rho * rho / (3.14159265358979 * (4.0 - 2.0 * rho));
-    return PitsSurface(view, n, v, diffuse_dot(n, v), rho / 29.6088132032681, interreflection);
+    return PittedSurface(view, n, v, diffuse_dot(n, v), rho / 29.6088132032681, interreflection);
 }
 
 // Returns 3 I / min(mu_i, mu_o), finite up to the horizon; q: N.(L x V) = sin(theta_i) sin(theta_o) sin(phi).
 // Light and viewer can change places, so the higher one takes L's. Every difference that would cancel near the horizon or near
 // L = V is written as a sum of terms of one sign, by way of sin^2(x) - sin^2(y) = sin(x - y) sin(x + y).
-float pits_single_scattering(DiffuseView view, DiffuseGeometry g, float q)
+float pitted_single_scattering(DiffuseView view, DiffuseGeometry g, float q)
 {
     bool light_high = g.mu_i > view.mu_o;
     float high = light_high ? g.mu_i : view.mu_o;
@@ -90,7 +90,7 @@ float pits_single_scattering(DiffuseView view, DiffuseGeometry g, float q)
 }
 
 // Returns the radiance towards v per irradiance E0 on a plane that faces the light [1/sr]; l: unit direction to the light.
-vec3 pits_radiance(PitsSurface surface, vec3 l)
+vec3 pitted_radiance(PittedSurface surface, vec3 l)
 {
     DiffuseGeometry g = diffuse_geometry(surface.view, l);
     if (!(g.mu_i > 0.0)) {
@@ -110,6 +110,6 @@ vec3 pits_radiance(PitsSurface surface, vec3 l)
     g.s = clamp(s, -most, most);
     // N.(L x V) stays the same when N is taken off L or V, and next to N that leaves it all its digits.
     float q = dot(n, cross(g.mu_i > 0.5 ? l - n : l, mu_o > 0.5 ? v - n : v));
-    float single = pits_single_scattering(surface.view, g, clamp(q, -1.0, 1.0)) * min(g.mu_i / mu_o, 1.0);
+    float single = pitted_single_scattering(surface.view, g, clamp(q, -1.0, 1.0)) * min(g.mu_i / mu_o, 1.0);
     return surface.single_scattering * single + surface.interreflection * g.mu_i;
 }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Inner node groups: the closures of each scheme in `closures/lobes.py`, given the color of each lobe.
+"""Inner node groups: the closures of each set of lobes in `closures/lobes.py`, given the color of each lobe.
 
 EEVEE keeps one closure of a kind per pixel and picks at random among several; a material that is also translucent keeps its Diffuse
 closure apart from its Subsurface one. So a Subsurface closure without any scattering, a Diffuse one and a Translucent one without
@@ -44,7 +44,7 @@ def _along(graph: Graph, tangent: Operand, n: Value, up: Operand) -> tuple[Value
     return graph.normalize(d), graph.vector_math("LENGTH", d, output="Value")
 
 
-def _apart(graph: Graph, facing: Operand, n: Value, color: Operand, bent: Value) -> Value:
+def _noise_free_pair(graph: Graph, facing: Operand, n: Value, color: Operand, bent: Value) -> Value:
     """Return EEVEE's two lobes without noise: `facing` around `n` and `color` around `bent`.
 
     EEVEE keeps the radius of the first one in steps of 2 mm, dithered; `materials.set_thickness` keeps light from behind out.
@@ -65,7 +65,7 @@ def build_single(graph: Graph) -> Value:
 def build_pair(graph: Graph) -> Value:
     n, tangent, facing, toward, up = map(graph.input, LOBE_PAIR.inputs)
     bent, length = _along(graph, tangent, n, up)
-    return _apart(graph, graph.maximum(facing, 0.0), n, graph.maximum(toward, 0.0) * length, bent)
+    return _noise_free_pair(graph, graph.maximum(facing, 0.0), n, graph.maximum(toward, 0.0) * length, bent)
 
 
 def build_signed(graph: Graph, under: bool) -> Value:
@@ -79,12 +79,12 @@ def build_signed(graph: Graph, under: bool) -> Value:
 
     def lobe(name: str, direction: Value, up: Operand, share: float = 1.0) -> Value:
         bent, length = _along(graph, direction, n, up)
-        white = graph.shader_to_rgb(_apart(graph, FAINT, n, WHITE, bent))
+        white = graph.shader_to_rgb(_noise_free_pair(graph, FAINT, n, WHITE, bent))
         return white * (inputs[name] * (length * share))
 
     # Over far_up, up to 18, inside, times it outside: EEVEE clamps what a world adds to a closure, to a radiance of 10 by default
     facing, toward = graph.maximum(inputs["Facing"], 0.0), graph.maximum(inputs["Toward"], 0.0) / far_up
-    total = graph.shader_to_rgb(_apart(graph, facing, n, toward, tangent)) * far_up
+    total = graph.shader_to_rgb(_noise_free_pair(graph, facing, n, toward, tangent)) * far_up
     total += lobe("Away", back, 0.0)
     total += lobe("Near", tangent, inputs["Near Steep"] * slope * -1.0)
     total += lobe("Far", back + across, far_up, 0.5)
@@ -95,8 +95,8 @@ def build_signed(graph: Graph, under: bool) -> Value:
     return graph.add_shader(base, graph.emission(graph.maximum(total, 0.0)))
 
 
-def build_once(graph: Graph) -> Value:
-    n, color, roughness = map(graph.input, ONCE.inputs)
+def build_single_scattering(graph: Graph) -> Value:
+    n, color, roughness = map(graph.input, SINGLE_SCATTERING.inputs)
     base = graph.diffuse(color, n, roughness, 0.5**DOUBLINGS)
     for _ in range(DOUBLINGS):
         base = graph.add_shader(base, base)
@@ -146,11 +146,11 @@ SIGNED_LOBES_UNDER = _inner(
     (*_SIGNED, _vector("Under", "Color of the lobe from under the surface"), _number("Under Up", "How far it rises, below 0")),
     partial(build_signed, under=True),
 )
-ONCE = _inner(
+SINGLE_SCATTERING = _inner(
     "once",
     "Reflected Once",
     "Cycles: Fujii's model without multiple scattering",
     (N, _vector("Color", "Color of the lobe"), _number("Roughness", "Roughness of Fujii's model, 0 to 1")),
-    build_once,
+    build_single_scattering,
 )
 AWAY_LOBE = _inner("away", "Away Lobe", "Cycles: a lobe away from the viewer", (N, TANGENT, AWAY), build_away)

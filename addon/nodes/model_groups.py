@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One inner node group for each reflectance model: its closures by quality, made of the lobes of `closures/lobes.py`."""
+
+from collections.abc import Callable
+
+from ..closures.lobe import CYCLES, GRAZING, PAIR, SIGNED, SINGLE
+from ..closures.lobe_table import TABLE
+from ..closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
+from ..models.fujii import K1, FujiiTerms
+from ..models.registry import CyclesClosures, ReflectanceModel
+from ..models.terms import Expansion, SingleLightTerms
+from .chosen_lights import L, weighted_mean
+from .graph import COLOR, Graph, Group, Number, Socket, Value
+from .lobe_nodes import AWAY_LOBE, LOBE_PAIR, SIGNED_LOBES, SIGNED_LOBES_UNDER, SINGLE_LOBE, SINGLE_SCATTERING
+from .model_nodes import N, Surface, parameters
+
+type Weights = Callable[[str], list[Number]]  # of a set's lobes
+
+
+def build_model(graph: Graph, model: ReflectanceModel) -> dict[str, Value]:
+    """Return the closures of `model` by quality. A model of Lambert's shape is one closure in every quality and engine."""
+    surface = Surface(graph, model)
+    expansion, color = surface.terms.expansion(), surface.view.color
+    family = next((name for name, weight in expansion.functions.items() if not graph.negligible(weight)), None)
+    if family is None:
+        lambert = graph.diffuse(color * expansion.facing, surface.n)
+        smooth = bool(expansion.functions)  # a rough model at roughness 0: Lambert under one light, too
+        chosen = None if smooth else for_chosen_lights(surface, model)
+        return {BALANCED: lambert, FAST: lambert, PRECISE: lambert, CHOSEN_LIGHTS: chosen or lambert}
+
+    def weights(lobe_set: str) -> list[Number]:
+        """Return the weight of each lobe: the sum over the functions."""
+        table = TABLE[lobe_set][family].weights
+        sums: list[Number] = []
+        for lobe in zip(*(table[name] for name in expansion.functions), strict=True):
+            total: Number = 0.0
+            for factor, weight in zip(expansion.functions.values(), lobe, strict=True):
+                value = surface.weight(weight)
+                if value != 0.0:
+                    total = factor * value + total if isinstance(factor, Value) else value * factor + total
+            sums.append(total)
+        return sums
+
+    frame = {"N": surface.n, "Tangent": surface.tangent}
+    in_cycles = cycles_closures(surface, model, expansion, weights)
+    z, x = weights(SINGLE)
+    single = graph.group(SINGLE_LOBE, **frame, Facing=color * (expansion.facing + z), Toward=color * x)["BSDF"]
+    z, bent = weights(PAIR)
+    up = TABLE[PAIR][family].lobes[1]
+    pair = graph.group(
+        LOBE_PAIR,
+        **frame,
+        Facing=color * (expansion.facing + z),
+        Toward=color * bent,
+        Up=up.up_0 + surface.view.mu * up.up_1,
+    )["BSDF"]
+    signed = signed_lobes(surface, model, expansion, weights(SIGNED))
+    in_eevee = graph.in_eevee()
+    closures = {
+        quality: graph.mix_shader(in_eevee, in_cycles, shader)
+        for quality, shader in ((BALANCED, pair), (FAST, single), (PRECISE, signed))
+    }
+    return closures | {CHOSEN_LIGHTS: for_chosen_lights(surface, model) or closures[BALANCED]}
+
+
+def for_chosen_lights(surface: Surface, model: ReflectanceModel) -> Value | None:
+    """Return a Lambert closure in the color that gives it the model's radiance under the chosen lights, in either engine.
+
+    So the engine's shadows and bounces stay. The color's factor is the weighted mean of the model over Lambert; light from
+    elsewhere counts with the directional albedo. None where the model has no such form.
+    """
+    if not isinstance(surface.terms, SingleLightTerms):
+        return None
+    graph = surface.graph
+    group = _group("gain", f"{model.label}, One Light", model, (L,), build_single_light)
+
+    def single_light(l: Value) -> tuple[Value, Value]:
+        outputs = graph.group(group, **surface.inputs, L=l)
+        return outputs["Gain"], outputs["N.L"]
+
+    factor = weighted_mean(graph, single_light, surface.terms.directional_albedo())
+    return graph.diffuse(surface.view.color * factor, surface.n)
+
+
+def build_single_light(graph: Graph, model: ReflectanceModel) -> dict[str, Value]:
+    """Return `model` over Lambert under one light, and N.L; TypeError where it has no such form."""
+    surface = Surface(graph, model)
+    if not isinstance(surface.terms, SingleLightTerms):
+        raise TypeError(f"{model.label} has no form for one light")
+    light = surface.light(graph.input(L))
+    return {"Gain": surface.terms.single_light(light), "N.L": light.mu}
+
+
+def signed_lobes(surface: Surface, model: ReflectanceModel, expansion: Expansion, weights: list[Number]) -> Value:
+    """Return the signed lobes of a model, in EEVEE."""
+    graph, color, mu = surface.graph, surface.view.color, surface.view.mu
+    facing, toward, away, near, far, *under = (color * weight for weight in weights)
+    _, _, _, near_lobe, far_lobe, *under_lobe = TABLE[SIGNED][model.functions[0].name].lobes
+    base = expansion.facing
+    signed = [expansion.functions[function.name] for function in model.functions if function.is_signed]
+    if signed:  # closures.lobes.floor says why
+        floor = sum(signed[1:], signed[0]) * surface.view.sine
+        base = base - floor
+        facing = facing + color * floor * (graph.maximum(mu, GRAZING) * (1.0 / far_lobe.steep))
+    more = {"Under": under[0], "Under_Up": under_lobe[0].up_0} if under else {}
+    return graph.group(
+        SIGNED_LOBES_UNDER if under else SIGNED_LOBES,
+        **{"N": surface.n, "Tangent": surface.tangent, "N.V": mu},
+        Base=color * base,
+        Facing=facing,
+        Toward=toward,
+        Away=away,
+        Near=near,
+        Far=far,
+        Near_Steep=-near_lobe.steep,
+        Far_Steep=far_lobe.steep,
+        Side=far_lobe.side,
+        **more,
+    )["BSDF"]
+
+
+def cycles_closures(surface: Surface, model: ReflectanceModel, expansion: Expansion, weights: Weights) -> Value:
+    """Return the closures of a model with functions of the light in Cycles without OSL, as `model.cycles` says."""
+    graph, color, n = surface.graph, surface.view.color, surface.n
+    if model.cycles is not CyclesClosures.LOBES:
+        if not isinstance(surface.terms, FujiiTerms):
+            raise TypeError(f"{model.label} is not made of Fujii's model, as Cycles' Diffuse closure is")
+        roughness = surface.terms.value
+        if model.cycles is CyclesClosures.DIFFUSE:
+            return graph.diffuse(color, n, roughness)
+        if model.cycles is CyclesClosures.SINGLE_SCATTERING:
+            return graph.group(SINGLE_SCATTERING, N=n, Color=color, Roughness=roughness)["BSDF"]
+        average = surface.terms.average
+        return graph.group(EON_CHANNELS, N=n, Color=color, Roughness=roughness, Average=average)["BSDF"]
+    z, function, away = weights(CYCLES)
+    base = expansion.facing + z
+    if away != 0.0:
+        once = graph.group(SINGLE_SCATTERING, N=n, Color=color * (base + K1 * function), Roughness=function / base)["BSDF"]
+        return graph.add_shader(once, graph.group(AWAY_LOBE, N=n, Tangent=surface.tangent, Away=color * away)["BSDF"])
+    # A roughness of 1 and the rest to Lambert: so each channel can have a share of its own.
+    rough = graph.minimum(function, base)
+    once = graph.group(SINGLE_SCATTERING, N=n, Color=color * rough * (1.0 + K1), Roughness=1.0)["BSDF"]
+    return graph.add_shader(once, graph.diffuse(color * (base - rough), n))
+
+
+def build_eon_channels(graph: Graph) -> dict[str, Value]:
+    """EON out of Cycles' Diffuse closure, whose multiple scattering lacks a factor 1 / rho.
+
+    A color a > rho inside, times rho / a: with k = 1 - <E> and q = rho / (1 - rho k), a^2 + q k a = q gives EON's share. One
+    closure a channel, since a closure has one factor.
+    """
+    n, color, roughness, average = map(graph.input, EON_CHANNELS.inputs)
+    k = 1.0 - average
+    closures = []
+    for channel, rho in enumerate(graph.separate(color)):
+        q = rho / (1.0 - rho * k)
+        qk = q * k
+        a = graph.maximum(0.5 * (graph.sqrt(qk * qk + 4.0 * q) - qk), 1e-6)
+        only = tuple(float(i == channel) for i in range(3))
+        closures.append(graph.mix_shader(rho / a, None, graph.diffuse(graph.scale(only, a), n, roughness)))
+    return {"BSDF": graph.add_shader(*closures)}
+
+
+EON_CHANNELS = Group(
+    "eon_channels",
+    ".True Diffuse EON Channels",
+    "EON",
+    1,
+    "Cycles: EON, one closure for each channel",
+    (
+        Socket("N", "NodeSocketVector", "Shading normal", (0.0, 0.0, 0.0)),
+        Socket("Color", "NodeSocketVector", "Albedo rho", (0.0, 0.0, 0.0)),
+        Socket("Roughness", "NodeSocketFloat", "Roughness, 0 to 1", 0.0),
+        Socket("Average", "NodeSocketFloat", "Average albedo <E> of Fujii's model at rho = 1", 1.0),
+    ),
+    build_eon_channels,
+)
+
+
+def model_group(model: ReflectanceModel) -> Group:
+    """Return the inner group of a model."""
+    return _group("model", model.label, model, (), build_model)
+
+
+def _group(
+    prefix: str,
+    label: str,
+    model: ReflectanceModel,
+    more: tuple[Socket, ...],
+    build: Callable[[Graph, ReflectanceModel], dict[str, Value]],
+) -> Group:
+    return Group(
+        f"{prefix}_{model.id}",
+        f".True Diffuse {label}",
+        label,
+        2,
+        model.description,
+        (COLOR, *parameters(model), N, *more),
+        lambda graph: build(graph, model),
+    )

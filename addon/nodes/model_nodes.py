@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The reflectance models in node trees: their terms, from `models/`, over sockets."""
+
+from itertools import groupby
+
+from ..closures.lobe import Weight
+from ..models.registry import IOR as IOR_PARAMETER
+from ..models.registry import MODELS, SIGMA, ReflectanceModel
+from ..models.registry import ROUGHNESS as ROUGHNESS_PARAMETER
+from ..models.terms import Light, Terms, View
+from .graph import COLOR, Graph, Number, Operand, Socket, Value
+
+NORMAL_INCIDENCE = 1e-6  # keeps the tangent defined where V = N; all that follows it is 0 there
+
+
+def _roughness() -> str:
+    """Return what Roughness means to the models that have it, as one clause for each meaning."""
+    rough = [model for model in MODELS.values() if model.is_rough]
+    meanings = groupby(sorted(rough, key=lambda model: model.parameter.meaning), key=lambda model: model.parameter.meaning)
+    return ". ".join(f"{', '.join(model.label for model in models)}: {meaning}" for meaning, models in meanings)
+
+
+ROUGHNESS = Socket(
+    ROUGHNESS_PARAMETER.socket,
+    "NodeSocketFloat",
+    f"0 is Lambert, chalk and clay are 0.3 to 0.5. {_roughness()}",
+    ROUGHNESS_PARAMETER.usual,
+    ROUGHNESS_PARAMETER.low,
+    SIGMA.highest_usual,
+    subtype="FACTOR",
+)
+IOR = Socket(
+    IOR_PARAMETER.socket,
+    "NodeSocketFloat",
+    "Index of refraction of a smooth dielectric",
+    IOR_PARAMETER.usual,
+    IOR_PARAMETER.low,
+    IOR_PARAMETER.high,
+)
+N = Socket("N", "NodeSocketVector", "Shading normal at unit length", (0.0, 0.0, 0.0))
+SOCKETS = {socket.name: socket for socket in (ROUGHNESS, IOR)}
+"""The sockets of the models' parameters, by name."""
+
+
+def parameters(model: ReflectanceModel) -> tuple[Socket, ...]:
+    """Return the socket of the model's parameter, if it has one."""
+    return (SOCKETS[model.parameter.socket],) if model.parameter else ()
+
+
+class NodeArithmetic:
+    """The `models.terms.Arithmetic` of sockets."""
+
+    def __init__(self, graph: Graph) -> None:
+        self.graph = graph
+        self.minimum, self.maximum, self.clamp, self.sqrt = graph.minimum, graph.maximum, graph.clamp, graph.sqrt
+
+    def arccosine(self, a: Operand) -> Value:
+        return self.graph.math("ARCCOSINE", a)
+
+    def absolute(self, a: Operand) -> Value:
+        return self.graph.math("ABSOLUTE", a)
+
+    def less_than(self, a: Operand, b: Operand) -> Value:
+        return self.graph.math("LESS_THAN", a, b)
+
+
+class Surface:
+    """A `model` in a group that has COLOR, N and the model's parameter as inputs: these inside their ranges, and the view."""
+
+    def __init__(self, graph: Graph, model: ReflectanceModel) -> None:
+        self.graph = graph
+        self.n = graph.input(N)
+        v = graph.geometry("Incoming")
+        mu = graph.maximum(graph.dot(self.n, v), 0.0)
+        across = v - self.n * (mu - NORMAL_INCIDENCE)
+        self.tangent = graph.normalize(across)
+        sine = graph.vector_math("LENGTH", across, output="Value")
+        self.view = View(NodeArithmetic(graph), graph.clamp(graph.input(COLOR), 0.0, 1.0), mu, sine)
+        values = [
+            graph.clamp(graph.input(socket), model.parameter.low, model.parameter.high)
+            for socket in parameters(model)
+            if model.parameter
+        ]
+        self.terms: Terms = model.terms(self.view, *values)
+        self.inputs = {"Color": self.view.color, "N": self.n} | {
+            socket.name: value for socket, value in zip(parameters(model), values, strict=True)
+        }
+        """What an inner group of the same model gets."""
+        self._weights: dict[Weight, Number] = {}
+
+    def light(self, l: Value) -> Light:
+        """Return a light of direction `l`."""
+        mu = self.graph.clamp(self.graph.dot(self.n, l), 0.0, 1.0)
+        return Light(self.view, mu, self.graph.dot(self.graph.geometry("Incoming"), l) - mu * self.view.mu)
+
+    def weight(self, weight: Weight) -> Number:
+        """Return c(mu) as a value, or a number where it is the same everywhere; nodes are made once for each weight."""
+        if weight not in self._weights:
+            self._weights[weight] = self._weight(weight)
+        return self._weights[weight]
+
+    def _weight(self, weight: Weight) -> Number:
+        constant, *factors = weight
+        while factors and factors[-1] == 0.0:
+            factors.pop()
+        if not factors:
+            return constant
+        total: Number = factors.pop()
+        while factors:
+            total = self.graph.multiply_add(self.view.mu, total, factors.pop())
+        return self.graph.multiply_add(self.view.sine, total, constant)
