@@ -122,7 +122,7 @@ class ReflectanceModel:
         """Return its formula for a group's sockets by name."""
         return self.formula(*self.shape(inputs))
 
-    def terms_of(self, formula: Model, view: View) -> Terms:
+    def terms_of(self, formula: Any, view: View) -> Terms:
         """Return the terms of one of its formulas, inside the parameter's range."""
         values = (getattr(formula, field.name) for field in fields(formula) if field.init)
         return self.terms(view, *(clamp(value, self.parameter.low, self.parameter.high) for value in values if self.parameter))

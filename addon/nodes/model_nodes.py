@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The reflectance models in node trees: their terms, from `models/`, over sockets."""
 
-from itertools import groupby
-
 from ..closures.lobe import Weight
 from ..models.registry import IOR as IOR_PARAMETER
 from ..models.registry import MODELS, SIGMA, ReflectanceModel
@@ -15,9 +13,11 @@ NORMAL_INCIDENCE = 1e-6  # keeps the tangent defined where V = N; all that follo
 
 def _roughness() -> str:
     """Return what Roughness means to the models that have it, as one clause for each meaning."""
-    rough = [model for model in MODELS.values() if model.is_rough]
-    meanings = groupby(sorted(rough, key=lambda model: model.parameter.meaning), key=lambda model: model.parameter.meaning)
-    return ". ".join(f"{', '.join(model.label for model in models)}: {meaning}" for meaning, models in meanings)
+    meanings: dict[str, list[str]] = {}
+    for model in MODELS.values():
+        if model.parameter and model.is_rough:
+            meanings.setdefault(model.parameter.meaning, []).append(model.label)
+    return ". ".join(f"{', '.join(labels)}: {meaning}" for meaning, labels in meanings.items())
 
 
 ROUGHNESS = Socket(
@@ -52,7 +52,18 @@ class NodeArithmetic:
 
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
-        self.minimum, self.maximum, self.clamp, self.sqrt = graph.minimum, graph.maximum, graph.clamp, graph.sqrt
+
+    def minimum(self, a: Operand, b: Operand) -> Value:
+        return self.graph.minimum(a, b)
+
+    def maximum(self, a: Operand, b: Operand) -> Value:
+        return self.graph.maximum(a, b)
+
+    def clamp(self, a: Operand, low: float, high: float) -> Value:
+        return self.graph.clamp(a, low, high)
+
+    def sqrt(self, a: Operand) -> Value:
+        return self.graph.sqrt(a)
 
     def arccosine(self, a: Operand) -> Value:
         return self.graph.math("ARCCOSINE", a)

@@ -179,11 +179,11 @@ def rough_work(used: Sequence[Engine], quick: bool) -> float:
 
 def _osl_lobe_errors(every: Sequence[Case], progress: Progress) -> dict[Case, float]:
     """Return the lobe errors of those cases that OSL renders."""
-    chosen = [case for case in every if case.way.osl and case.measured.model]
+    chosen = {case: case.measured.model.id for case in every if case.way.osl and case.measured.model}
     if not chosen:
         return {}
     with progress.step("Cycles  osl  lobe errors", OSL_WORK):
-        shown = [osl_values.Shown(case.measured.model.id, case.measured.formula(case.sigma), case.sigma) for case in chosen]
+        shown = [osl_values.Shown(model, case.measured.formula(case.sigma), case.sigma) for case, model in chosen.items()]
         return dict(zip(chosen, osl_values.lobe_errors(shown), strict=True))
 
 

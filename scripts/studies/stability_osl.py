@@ -33,7 +33,8 @@ def stability(exact: Referee, quick: Referee, count: int, progress: Progress) ->
         families = _cases(count)
         got = iter(evaluate([one for family in families.values() for one in family]))
     for model in drawn():
-        names = [MODELS[model].parameter.name] if MODELS[model].parameter else []
+        parameter = MODELS[model].parameter
+        names = [parameter.name] if parameter else []
         with progress.step(f"OSL  {model}", 1.0):
             own = {case: family for (of, case), family in families.items() if of == model}
             records = judge.records(model, names, own, got)
