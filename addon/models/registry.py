@@ -7,7 +7,7 @@ model that is not registered. addon/README.md says how to add one.
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass
 from enum import StrEnum
 from pathlib import Path
 from types import MappingProxyType
@@ -122,8 +122,10 @@ class ReflectanceModel:
         """Return its formula for a group's sockets by name."""
         return self.formula(*self.shape(inputs))
 
-    def terms_of(self, formula: Any, view: View) -> Terms:
-        """Return the terms of one of its formulas, inside the parameter's range."""
+    def terms_of(self, formula: Model, view: View) -> Terms:
+        """Return the terms of one of its formulas, inside the parameter's range; TypeError for what is no dataclass."""
+        if not is_dataclass(formula) or isinstance(formula, type):
+            raise TypeError(f"{formula} is no formula")
         values = (getattr(formula, field.name) for field in fields(formula) if field.init)
         return self.terms(view, *(clamp(value, self.parameter.low, self.parameter.high) for value in values if self.parameter))
 
