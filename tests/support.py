@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What several test files need: the registered reflectance models with usual inputs."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import pytest
 
 from true_diffuse.addon.models import MODELS, Formula
@@ -14,3 +17,42 @@ every_model = pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
 def formulas() -> list[Formula]:
     """Every registered formula, with usual and with extreme inputs."""
     return [model.reference(inputs) for model in MODELS.values() for inputs in (USUAL, EXTREME)]
+
+
+class Layout:
+    """Stands in for Blender's UILayout: collects texts and what is offered."""
+
+    def __init__(self, root: "Layout | None" = None) -> None:
+        self.root = root or self
+        self.texts: list[str] = []
+        self.offered: list[str] = []
+
+    def __getattr__(self, name: str) -> Any:
+        if name in ("row", "column", "split", "box"):
+            return lambda **_: Layout(self.root)
+        raise AttributeError(name)
+
+    def panel(self, _key: str) -> tuple["Layout", "Layout"]:
+        return Layout(self.root), Layout(self.root)
+
+    def label(self, text: str = "", icon: str = "NONE") -> None:
+        self.root.texts.append(text)
+
+    def prop(self, owner: object, name: str, index: int = -1, text: str = "") -> None:
+        assert hasattr(owner, name)
+        self.root.texts.append(text)
+
+    def menu(self, name: str) -> None:
+        assert hasattr(bpy.types, name)
+        self.root.offered.append(name)
+
+    def operator(self, name: str, text: str = "", icon: str = "NONE", depress: bool = False) -> SimpleNamespace:
+        assert bpy.ops.true_diffuse.__getattr__(name.partition(".")[2]).get_rna_type()
+        self.root.offered.append(f"{name} {text}{' chosen' if depress else ''}".strip())
+        return SimpleNamespace()
+
+    def template_icon(self, icon: int, scale: float) -> None:
+        self.root.offered.append("plot")
+
+    def separator(self) -> None:
+        pass

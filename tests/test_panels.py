@@ -5,12 +5,12 @@ import json
 import math
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import bpy
 
 import pytest
 
+from support import Layout
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.summary import claim_of, stated_error
@@ -27,45 +27,6 @@ from true_diffuse.scripts.studies import robustness
 def in_eevee(request: pytest.FixtureRequest) -> None:
     request.getfixturevalue("registered")
     bpy.context.scene.render.engine = EEVEE.identifier
-
-
-class Layout:
-    """Stands in for Blender's UILayout: keeps texts and what is offered."""
-
-    def __init__(self, root: "Layout | None" = None) -> None:
-        self.root = root or self
-        self.texts: list[str] = []
-        self.offered: list[str] = []
-
-    def __getattr__(self, name: str) -> Any:
-        if name in ("row", "column", "split", "box"):
-            return lambda **_: Layout(self.root)
-        raise AttributeError(name)
-
-    def panel(self, _key: str) -> tuple["Layout", "Layout"]:
-        return Layout(self.root), Layout(self.root)
-
-    def label(self, text: str = "", icon: str = "NONE") -> None:
-        self.root.texts.append(text)
-
-    def prop(self, owner: object, name: str, index: int = -1, text: str = "") -> None:
-        assert hasattr(owner, name)
-        self.root.texts.append(text)
-
-    def menu(self, name: str) -> None:
-        assert hasattr(bpy.types, name)
-        self.root.offered.append(name)
-
-    def operator(self, name: str, text: str = "", icon: str = "NONE", depress: bool = False) -> SimpleNamespace:
-        assert bpy.ops.true_diffuse.__getattr__(name.partition(".")[2]).get_rna_type()
-        self.root.offered.append(f"{name} {text}{' chosen' if depress else ''}".strip())
-        return SimpleNamespace()
-
-    def template_icon(self, icon: int, scale: float) -> None:
-        self.root.offered.append("plot")
-
-    def separator(self) -> None:
-        pass
 
 
 def drawn(material: bpy.types.Material | None) -> Layout:
