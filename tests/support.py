@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What several test files need: the registered reflectance models with usual inputs."""
+"""What several test files need: the registered reflectance models with usual inputs, and a layout to draw panels into."""
 
 from types import SimpleNamespace
 from typing import Any
+
+import bpy
 
 import pytest
 
