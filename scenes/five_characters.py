@@ -9,7 +9,7 @@ import bpy
 from mathutils import Matrix, Vector
 
 from ..addon.material import materials
-from ..addon.models import Lambert, Model, OrenNayar, Specular
+from ..addon.models import MODELS, Lambert, Model, OrenNayar, Specular
 from ..addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group
 from .elements import add, add_sun, uniform_world
 from .subject import ALBEDO_ATTRIBUTE
@@ -68,7 +68,7 @@ def looks(sigmas: tuple[float, ...] = SIGMAS) -> tuple[CharacterLook, ...]:
         rough.append(CharacterLook(f"oren_nayar_{digits}", label, OrenNayar(sigma), ROUGH_DIFFUSE, {"Roughness": sigma}))
     return (
         CharacterLook("specular", "Standard specular", specular, SPECULAR_GROUP, standard),
-        CharacterLook("lambert", "Lambert", Lambert(), ROUGH_DIFFUSE, {"Model": "Lambert"}),
+        CharacterLook("lambert", "Lambert", Lambert(), ROUGH_DIFFUSE, {"Model": MODELS["lambert"].label}),
         *rough,
     )
 

@@ -18,7 +18,7 @@ from true_diffuse.addon.blender.glsl import SHADERS
 from true_diffuse.addon.closures.coat import mean_fresnel
 from true_diffuse.addon.closures.subsurface_fit import edge_width
 from true_diffuse.addon.measure import render
-from true_diffuse.addon.models import EDGE_WIDTH_25_75, Burley, Model, directional_albedo
+from true_diffuse.addon.models import EDGE_WIDTH_25_75, MODELS, Burley, Formula, directional_albedo
 from true_diffuse.addon.models.quadrature import gauss_legendre
 from true_diffuse.addon.models.vector import Vector, add, dot, from_polar, normalize
 from true_diffuse.scenes.sphere import sphere_under_sun
@@ -49,33 +49,40 @@ class Albedo(NamedTuple):
     """A model with its numbers; `arguments` follow mu and rho, with the numbers in b."""
 
     name: str
+    stem: str
     arguments: str
-    model: Model
-    numbers: tuple[float, ...]
+    model: Formula
+    value: float
+    """Of its parameter."""
     error: float
     """What directional_albedo.glsl states, in units of rho."""
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        return self.model.constants or (0.0,)
 
     def call(self, mu: str = "a.x", rho: str = "vec3(a.y)") -> str:
         return f"{self.name}_albedo({mu}, {rho}{self.arguments})"
 
 
+# Of the parameter, by socket; up to sigma = 0.66, above which the 1994 model is cut off at 0
+VALUES = {"Roughness": (0.1, 0.33, 0.66), "IOR": (1.0, 1.2, 1.5, 3.0)}
+STATED = {"oren_nayar_1994": 0.0011, "wolff": 0.002}
+
+
 def albedos() -> list[Albedo]:
-    """Return every model but `specular`, each with some shapes."""
-    listed = [Albedo("pitted", "", models.Pitted(), (0.0,), 0.0)]
-    for sigma in (0.1, 0.33, 0.66):
-        short, full = models.OrenNayar(sigma), models.OrenNayar1994(sigma)
-        listed.append(Albedo("oren_nayar", ", b.xy", short, (short.a, short.b), 0.0))
-        listed.append(Albedo("oren_nayar_1994", ", b.xyz", full, (full.a, full.b, full.interreflection), 0.0011))
-    for r in (0.1, 0.5, 1.0):
-        listed.append(Albedo("fujii", ", fujii_coefficients(b.x)", models.Fujii(r), (r,), 0.0))
-        listed.append(Albedo("eon", ", eon_coefficients(b.x)", models.Eon(r), (r,), 0.0))
-        listed.append(Albedo("cycles_diffuse", ", eon_coefficients(b.x)", models.CyclesDiffuse(r), (r,), 0.0))
-    for ior in (1.0, 1.2, 1.5, 3.0):
-        listed.append(Albedo("wolff", ", wolff_coefficients(b.x)", models.Wolff(ior), (ior,), 0.002 if ior > 1.0 else 0.0))
+    """Return every registered model, each with some shapes."""
+    listed = []
+    for key, model in MODELS.items():
+        for value in VALUES[model.parameter.socket] if model.parameter else (0.0,):
+            formula = model.formula(*([value] if model.parameter else []))
+            arguments = f", b.{'xyzw'[: len(formula.constants)]}" if formula.constants else ""
+            stated = 0.0 if value == 1.0 else STATED.get(key, 0.0)  # an index of 1 is Lambert
+            listed.append(Albedo(key, model.glsl.albedo_stem or key, arguments, formula, value, stated))
     return listed
 
 
-every_albedo = pytest.mark.parametrize("albedo", albedos(), ids=lambda albedo: f"{albedo.name}-{albedo.numbers[0]:.3g}")
+every_albedo = pytest.mark.parametrize("albedo", albedos(), ids=lambda albedo: f"{albedo.name}-{albedo.value:.3g}")
 
 
 @pytest.mark.render
@@ -83,7 +90,7 @@ every_albedo = pytest.mark.parametrize("albedo", albedos(), ids=lambda albedo: f
 def test_albedo_is_that_of_its_model(albedo: Albedo) -> None:
     order = 96 if albedo.name == "pitted" else 32  # pits have creases that the quadrature does not know of
     cases = list(itertools.product(MUS, (0.3, 1.0)))
-    got = values("directional_albedo", albedo.call(), [(case, albedo.numbers) for case in cases])
+    got = values(albedo.stem, albedo.call(), [(case, albedo.numbers) for case in cases])
     for (mu, rho), value in zip(cases, got, strict=True):
         expected = directional_albedo(albedo.model, mu, rho, order)
         assert value == pytest.approx(expected, abs=albedo.error * rho + ROUND), (mu, rho)
@@ -104,7 +111,7 @@ def test_albedo_of_1994_is_too_low_by_what_it_states_at_high_sigma(sigma: float,
 @every_albedo
 def test_albedo_is_finite_for_any_cosine_and_color(albedo: Albedo) -> None:
     cases = list(itertools.product(HARD, HARD))
-    got = values("directional_albedo", albedo.call(), [(case, albedo.numbers) for case in cases])
+    got = values(albedo.stem, albedo.call(), [(case, albedo.numbers) for case in cases])
     assert all(0.0 <= value < 1.052 for value in got)  # the 1994 model gains 5 % at grazing view
     at = dict(zip(map(str, cases), got, strict=True))
     for hard, as_if in ((math.nan, 0.0), (math.inf, 1.0), (-1.0, 0.0), (2.0, 1.0)):
@@ -116,10 +123,8 @@ def test_albedo_is_finite_for_any_cosine_and_color(albedo: Albedo) -> None:
 @pytest.mark.parametrize("name", sorted({albedo.name for albedo in albedos()}))
 def test_albedo_channels_have_their_own_color(name: str) -> None:
     albedo = next(albedo for albedo in albedos() if albedo.name == name)
-    gray = values("directional_albedo", albedo.call(), [((0.4, rho), albedo.numbers) for rho in (0.25, 0.5, math.nan)])
-    assert evaluate("directional_albedo", albedo.call(rho="vec3(0.25, 0.5, a.y)"), [((0.4, math.nan), albedo.numbers)]) == [
-        tuple(gray)
-    ]
+    gray = values(albedo.stem, albedo.call(), [((0.4, rho), albedo.numbers) for rho in (0.25, 0.5, math.nan)])
+    assert evaluate(albedo.stem, albedo.call(rho="vec3(0.25, 0.5, a.y)"), [((0.4, math.nan), albedo.numbers)]) == [tuple(gray)]
 
 
 @pytest.mark.parametrize(("mu", "exponent"), list(itertools.product((0.05, 0.3, 0.7, 1.0), (1.0, 30.0, 300.0))))

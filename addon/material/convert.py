@@ -22,6 +22,7 @@ from ..blender import fcurves
 from ..closures import subsurface_fit
 from ..closures.quality import BALANCED
 from ..closures.subsurface_fit import Fed
+from ..models import MODELS
 from ..nodes import ROUGH_DIFFUSE, SUBSURFACE, Group
 from ..nodes.graph import STAMP
 from .materials import Setting, add_group, materials_of, refusal, set_inputs, set_thickness
@@ -152,10 +153,10 @@ def principled(node: bpy.types.Node, meter: float, mode: str) -> Plan:
 
 def _rough(plan: Plan, roughness: bpy.types.NodeSocket) -> None:
     if is_on(roughness):
-        plan.values["Model"] = "Cycles Diffuse"
+        plan.values["Model"] = MODELS["cycles_diffuse"].label
         plan.take(roughness, "Roughness")
     else:
-        plan.values["Model"] = "Lambert"
+        plan.values["Model"] = MODELS["lambert"].label
 
 
 def _highlight(plan: Plan, node: bpy.types.Node) -> None:

@@ -13,6 +13,7 @@ import bpy
 from ..blender import fcurves
 from ..blender.id_properties import AS_BUILT, STAMP
 from ..closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
+from ..models import MODELS
 from ..nodes import GROUPS, Group, chosen_lights
 from ..nodes.graph import fingerprint, stamp_of
 
@@ -20,7 +21,7 @@ from ..nodes.graph import fingerprint, stamp_of
 SOCKETS = {"Mode": "Quality", "Mean Free Path": "Subsurface Radius"}
 ENTRIES = {
     "Quality": {"Lobes": BALANCED, "Lobe": BALANCED, "Single": FAST, "Signed": PRECISE, "Lamps": CHOSEN_LIGHTS},
-    "Model": {"Pits": "Pitted (Koenderink)"},
+    "Model": {"Pits": MODELS["pitted"].label},
 }
 LIGHTS_KEYS = (chosen_lights.LIGHTS.key, "lamps")  # of the group of chosen lights, in this version and in 0.1.0
 
