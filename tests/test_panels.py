@@ -3,6 +3,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,9 +12,9 @@ import bpy
 import pytest
 
 from support import Layout
-from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME
+from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
 from true_diffuse.addon.material import materials
-from true_diffuse.addon.material.summary import claim_of, stated_error
+from true_diffuse.addon.material.summary import material_summary, stated_error
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
 from true_diffuse.addon.operators import tolerance as tolerance_operator
 from true_diffuse.addon.optimize.materials import optimize_materials
@@ -125,40 +126,67 @@ def test_panel_refuses_a_group_of_another_version(kind: str | None) -> None:
         assert not bpy.ops.true_diffuse.apply_preset.poll()
 
 
-def test_stated_error_is_that_of_the_readme() -> None:
-    """README's lobe errors of equation (1) at sigma 0.33 in %, to the two digits that the panel gives."""
-    scene, stated = bpy.context.scene, {}
-    for engine in (EEVEE, CYCLES):
-        scene.render.engine = engine.identifier
-        for mode in ("Fast", "Balanced", "Precise"):
-            stated[engine.key, mode] = stated_error(claim_of(clay(Quality=mode, Roughness=0.33)), scene)
-    assert stated["eevee", "Fast"] == "5.1 % from Oren-Nayar" and stated["eevee", "Balanced"] == "3.3 % from Oren-Nayar"
-    assert float(stated["eevee", "Precise"].split()[0]) == pytest.approx(0.43, abs=0.02)
-    assert float(stated["cycles", "Balanced"].split()[0]) == pytest.approx(0.59, abs=0.01)
-    assert stated_error(claim_of(clay(Model="Lambert")), scene) == "exactly Lambert"
-    lamps_only = "Exact for the chosen lamps"
-    assert stated_error(claim_of(clay(Quality="Exact for Chosen Lights")), scene) == lamps_only
-    for height, mode, expected in (
-        (1.0, "Balanced", ""),
-        (1.0, "Exact for Chosen Lights", lamps_only),
-        (9.0, "Exact for Chosen Lights", lamps_only),
-    ):  # in Cycles
-        assert stated_error(claim_of(shiny(mode, height)), scene) == expected
-    for weight, expected in ((1.0, ""), (0.5, "Rough part: exactly Fujii")):  # Cycles has Fujii's model
-        skin = materials.create("Skin", SUBSURFACE, Subsurface=weight, Model="Fujii")
-        assert stated_error(claim_of(skin), scene) == expected
-    rough = clay(Roughness=0.33)
-    materials.paint(rough, rough.node_tree.nodes["Rough Diffuse"].inputs["Roughness"], "paint", 1.0)
-    assert stated_error(claim_of(rough), scene) == ""  # what is linked has no one value
-    scene.cycles.shading_system = True
-    assert stated_error(claim_of(clay(Model="EON")), scene) == "Exact, by OSL"
-    skin = materials.create("Skin", SUBSURFACE, Subsurface=0.5, Model="EON")
-    assert stated_error(claim_of(skin), scene) == "Rough part: exact, by OSL"
-    scene.render.engine = REALTIME.identifier
-    for modes in ({"Quality": "Fast"}, {"Quality": "Exact for Chosen Lights"}, {"Model": "Pitted (Koenderink)"}):
-        assert stated_error(claim_of(clay(**modes)), scene) == "Exact under every lamp"
-    assert stated_error(claim_of(skin), scene) == "Rough part: exact under every lamp"
-    assert stated_error(claim_of(rough), scene) == ""  # it draws the socket's own value
+def stated(material: bpy.types.Material) -> str:
+    return stated_error(material_summary(material), bpy.context.scene)
+
+
+@pytest.mark.parametrize(
+    ("engine", "quality", "percent", "digits"),
+    [
+        (EEVEE, "Fast", 5.1, 0.05),
+        (EEVEE, "Balanced", 3.3, 0.05),
+        (EEVEE, "Precise", 0.43, 0.02),
+        (CYCLES, "Fast", 0.59, 0.01),
+        (CYCLES, "Balanced", 0.59, 0.01),
+        (CYCLES, "Precise", 0.59, 0.01),
+    ],
+)
+def test_stated_error_is_that_of_the_studies(engine: Engine, quality: str, percent: float, digits: float) -> None:
+    """The lobe errors of equation (1) at sigma 0.33 in %, to the two digits that the panel gives."""
+    bpy.context.scene.render.engine = engine.identifier
+    message = stated(clay(Quality=quality, Roughness=0.33))
+    found = re.fullmatch(rf"Differs (\S+) % \(RMS\) from the Oren-Nayar formula in {engine.label}", message)
+    assert found and float(found[1]) == pytest.approx(percent, abs=digits)
+
+
+def test_stated_error_of_what_cycles_has_is_none() -> None:
+    bpy.context.scene.render.engine = CYCLES.identifier
+    assert stated(clay(Model="Lambert")) == "Equal to the Lambert formula in Cycles"
+    half, full = (materials.create("Skin", SUBSURFACE, Subsurface=weight, Model="Fujii") for weight in (0.5, 1.0))
+    assert (stated(half), stated(full)) == ("Rough part: equal to the Fujii formula in Cycles", "")
+
+
+def test_stated_error_for_chosen_lights_is_none() -> None:
+    bpy.context.scene.render.engine = CYCLES.identifier
+    quality = "Exact for Chosen Lights"
+    for material in (clay(Quality=quality), shiny(quality, 1.0), shiny(quality, 9.0)):
+        assert stated(material) == "Exact for the chosen lights"
+    assert stated(shiny("Balanced", 1.0)) == ""
+
+
+def varying() -> bpy.types.Material:
+    material = clay(Roughness=0.33)
+    materials.paint(material, material.node_tree.nodes["Rough Diffuse"].inputs["Roughness"], "paint", 1.0)
+    return material
+
+
+@pytest.mark.parametrize("engine", [CYCLES, REALTIME], ids=lambda engine: engine.key)
+def test_error_of_what_varies_over_the_surface_is_not_stated(engine: Engine) -> None:
+    bpy.context.scene.render.engine = engine.identifier  # Realtime draws the socket's own value
+    assert stated(varying()) == ""
+
+
+def test_stated_error_with_osl_is_none_where_its_closures_are_exact() -> None:
+    bpy.context.scene.render.engine, bpy.context.scene.cycles.shading_system = CYCLES.identifier, True
+    assert stated(clay(Model="EON")) == "Exact with OSL" and stated(clay(Model="Wolff")) == ""
+    assert stated(materials.create("Skin", SUBSURFACE, Subsurface=0.5, Model="EON")) == "Rough part: exact with OSL"
+
+
+def test_stated_error_in_realtime_is_none() -> None:
+    bpy.context.scene.render.engine = REALTIME.identifier
+    for inputs in ({"Quality": "Fast"}, {"Quality": "Exact for Chosen Lights"}, {"Model": "Pitted (Koenderink)"}):
+        assert stated(clay(**inputs)) == "Exact under every light"
+    assert stated(materials.create("Skin", SUBSURFACE, Subsurface=0.5, Model="EON")) == "Rough part: exact under every light"
 
 
 def shiny(mode: str, height: float) -> bpy.types.Material:
@@ -174,23 +202,25 @@ def test_stated_limit_of_highlights_is_eevees(eevee_runs_here: bool) -> None:
         pytest.skip("EEVEE finds no graphics driver here")
     flat = robustness.sheet((1.0,), [robustness.USUAL], robustness.FURNACE_CELL)
     chosen_lights.choose([flat.sun])  # of irradiance pi: white is 1
-    for height, shown, stated in ((7.0, 7.0, ""), (9.0, 8.0, ", cut off at 8 times white")):
+    for height, shown, cut_off in ((7.0, 7.0, ""), (9.0, 8.0, ", cut off at 8 times white")):
         material = shiny("Exact for Chosen Lights", height)
         (cell,) = flat.cells(material, EEVEE, 1, 0.0)  # N = L = V
         assert cell == pytest.approx([shown] * len(cell), rel=0.002)  # 10 bits
-        assert stated_error(claim_of(material), bpy.context.scene) == f"Exact for the chosen lamps{stated}"
+        assert stated(material) == f"Exact for the chosen lights{cut_off}"
     bpy.context.scene.render.engine = EEVEE.identifier
-    for height, stated in ((7.0, ""), (9.0, ", cut off at 8 times white")):  # of any base
+    for height, cut_off in ((7.0, ""), (9.0, ", cut off at 8 times white")):  # of any base
         material = shiny("Exact for Chosen Lights", height)
         tree = material.node_tree
         tree.links.new(tree.nodes.new("ShaderNodeTexImage").outputs["Color"], tree.nodes[SPECULAR_GROUP.name].inputs["Color"])
-        assert stated_error(claim_of(material), bpy.context.scene) == f"Exact for the chosen lamps{stated}"
+        assert stated(material) == f"Exact for the chosen lights{cut_off}"
 
 
 def test_measurement_is_shown_until_the_settings_change() -> None:
     material = clay(Roughness=0.33)
     setup = measurement.RenderSetup.of(bpy.context.scene)
-    panels.measurements[material.session_uid] = measurement.Measurement(claim_of(material), setup, "GPU", 0.027, 0.054, 1.07, 1.0)
+    panels.measurements[material.session_uid] = measurement.Measurement(
+        material_summary(material), setup, "GPU", 0.027, 0.054, 1.07, 1.0
+    )
     assert "2.7 % from Oren-Nayar (worst 5.4 %)" in drawn(material).texts
     assert "1.07 times Lambert's time (1070 ms)" in drawn(material).texts
     assert "Outdated: other settings" not in drawn(material).texts
@@ -347,7 +377,7 @@ def test_line_covers_its_length_times_its_width() -> None:
 
 def test_lambert_is_plotted_as_horizontal_lines() -> None:
     """Its radiance over that head on is N.L from every view: 1, 0.866 and 0.5."""
-    canvas = plots.lobe(claim_of(clay(Model="Lambert")), None)
+    canvas = plots.lobe(material_summary(clay(Model="Lambert")), None)
     for degrees, color in plots.LIGHTS:
         for view in (-60.0, 10.0, 70.0):
             x, y = canvas.place(0.5 + view / 180.0, math.cos(math.radians(degrees)) / plots.TOP)
@@ -359,10 +389,10 @@ def test_lambert_is_plotted_as_horizontal_lines() -> None:
 
 def test_profile_goes_as_far_as_nearly_all_light_of_the_widest_channel() -> None:
     lengths = (1.0, 0.5, 0.2)
-    claim = claim_of(
+    summary = material_summary(
         materials.create("Wax", SUBSURFACE, Color=(0.5, 0.5, 0.5, 1.0), **{"Subsurface Radius": lengths, "Scale": 2.0})
     )
-    reach = plots.profile_reach(claim)
+    reach = plots.profile_reach(summary)
     # Christensen and Burley (2015), equation (6): d is the mean free path over 1.9 - A + 3.5 (A - 0.8)^2, within 6 % of the walks
     x = reach / (2.0 * lengths[0] / (1.9 - 0.5 + 3.5 * 0.3**2))
     assert 1.0 - 0.25 * math.exp(-x) - 0.75 * math.exp(-x / 3.0) == pytest.approx(plots.SHARE, abs=0.01)

@@ -144,11 +144,11 @@ def test_optimized_material_is_measured_whole_and_stays_optimized() -> None:
     bpy.ops.mesh.primitive_cube_add()
     material = materials.create("Clay", ROUGH_DIFFUSE, Model="Lambert", Color=COLOR)
     bpy.context.object.data.materials.append(material)
-    summary = measurement.claim_of(material)
+    summary = measurement.material_summary(material)
     optimize_materials()
     node = material.node_tree.nodes["Rough Diffuse"]
     tree = node.node_tree
-    assert SPECIALIZED_FOR in tree and measurement.claim_of(material) == summary
+    assert SPECIALIZED_FOR in tree and measurement.material_summary(material) == summary
     assert measurement.measure(material, scene, Steps()).worst < 0.002
     assert node.node_tree == tree
 
@@ -172,16 +172,16 @@ def test_measurement_is_outdated_once_its_material_or_setup_changes() -> None:
     scene.render.engine = CYCLES.identifier
     material = materials.create("Clay", ROUGH_DIFFUSE, Model="Lambert", Color=COLOR)
     result = measurement.measure(material, scene, Steps())
-    assert result.worst < 0.002 and result.is_current(measurement.claim_of(material), scene)  # Lambert: 0.04 %
+    assert result.worst < 0.002 and result.is_current(measurement.material_summary(material), scene)  # Lambert: 0.04 %
     roughness = material.node_tree.nodes["Rough Diffuse"].inputs["Roughness"]
     before, roughness.default_value = roughness.default_value, 0.5
-    assert not result.is_current(measurement.claim_of(material), scene)
+    assert not result.is_current(measurement.material_summary(material), scene)
     roughness.default_value = before
-    assert result.is_current(measurement.claim_of(material), scene)
+    assert result.is_current(measurement.material_summary(material), scene)
     scene.cycles.shading_system = True
-    assert not result.is_current(measurement.claim_of(material), scene)
+    assert not result.is_current(measurement.material_summary(material), scene)
     scene.render.engine = "BLENDER_WORKBENCH"
-    assert not result.is_current(measurement.claim_of(material), scene)
+    assert not result.is_current(measurement.material_summary(material), scene)
 
 
 def plain() -> bpy.types.Material:

@@ -16,7 +16,7 @@ from true_diffuse.addon.blender.glsl import source
 from true_diffuse.addon.closures.lobe import PAIR
 from true_diffuse.addon.closures.lobes import Rendered
 from true_diffuse.addon.material import materials
-from true_diffuse.addon.material.summary import claim_of, stated_error
+from true_diffuse.addon.material.summary import material_summary, stated_error
 from true_diffuse.addon.models import (
     MODELS,
     Fujii,
@@ -312,15 +312,17 @@ def test_new_model_has_a_nearest_closure_in_usd() -> None:
 
 def test_panel_states_the_error_of_the_new_model(minnaert: ReflectanceModel) -> None:
     bpy.context.scene.render.engine = engines.CYCLES.identifier
-    claim = claim_of(clay())
-    assert claim and claim.reflectance is minnaert
-    words = stated_error(claim, bpy.context.scene)
+    summary = material_summary(clay())
+    assert summary and summary.reflectance is minnaert
+    words = stated_error(summary, bpy.context.scene)
     # RMS over the hemisphere of mu_i (mu_i^k - 2 / (2 + k)) over mu_i mu_i^k, k = 1/2, integrated by hand: the same at every view
     k = 0.5
     mean = 2.0 / (2.0 + k)
     expected = math.sqrt(1.0 - 2.0 * mean * (3.0 + 2.0 * k) / (3.0 + k) + mean**2 * (3.0 + 2.0 * k) / 3.0)
     assert f"{100.0 * expected:.2g} %" in words and "Minnaert" in words
-    assert stated_error(claim_of(clay(Quality="Exact for Chosen Lights")), bpy.context.scene).startswith("Exact for the chosen")
+    assert stated_error(material_summary(clay(Quality="Exact for Chosen Lights")), bpy.context.scene).startswith(
+        "Exact for the chosen"
+    )
 
 
 def test_model_is_not_registered_twice(minnaert: ReflectanceModel) -> None:

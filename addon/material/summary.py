@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a material claims to be: which group of ours makes its surface, with what values, and how far its lobes are from that.
+"""A material in short: which of our groups makes its surface, with what values, and how far its lobes are from the formula.
 
-The stated error is that of the formulas, over all lights and views; what an engine makes of them, `probe/measurement.py` measures.
+The stated error is between formulas, over all lights and views; `probe/measurement.py` measures what an engine renders.
 """
 
 import functools
@@ -24,18 +24,18 @@ from ..nodes.graph import stamp_of
 from .read import group_node, plain
 from .surface import Setting
 
-EEVEE_MOST = 8.0  # the most that EEVEE keeps of a closure's color, in 10 bits and an exponent of 2
-DRAWN = {"Color"}  # sockets of which Realtime draws what feeds them
+BRIGHTEST_IN_EEVEE = 8.0  # the highest color of a closure that EEVEE's format of 10 bits and an exponent of 2 holds
+VARYING_IN_REALTIME = {"Color"}  # sockets whose textures and attributes Realtime draws
 ORDER = 6  # of the quadrature: two digits of the error, in 25 ms at most, as a panel is drawn while a slider moves
 
 
 @dataclass(frozen=True)
-class Claim:
-    """A group node's sockets by name: values, and those that something else feeds. `group` is its key."""
+class MaterialSummary:
+    """The values of a group node's sockets by name, and the names of those that are linked. `group` is the group's key."""
 
     group: str
     inputs: Mapping[str, Setting]
-    fed: frozenset[str]
+    linked: frozenset[str]
     has_osl: bool
     """Whether the group was made by a Blender that compiles OSL, and so switches to it."""
 
@@ -55,17 +55,17 @@ class Claim:
 
     @property
     def label(self) -> str:
-        """What is claimed, in words."""
-        return "Standard Specular" if self.group == SPECULAR_GROUP.key else str(self.inputs["Model"])
+        """The name of the model."""
+        return SPECULAR_GROUP.label if self.group == SPECULAR_GROUP.key else str(self.inputs["Model"])
 
     @property
     def mode(self) -> str:
-        """How it is made: the Mode, of Subsurface the Method; empty where there is no choice."""
+        """The entry of Quality or, of Subsurface, of Method."""
         return str(self.inputs.get("Quality") or self.inputs.get("Method") or "")
 
     @property
     def model(self) -> Model:
-        """The model of the surface; of Subsurface that of the part that does not enter."""
+        """The formula of the surface; of Subsurface that of the light that does not enter."""
         if self.group == SPECULAR_GROUP.key:
             return Specular(self.number("Specular"), self.number("Exponent"))
         return self.reflectance.reference(self.inputs)
@@ -76,44 +76,44 @@ class Claim:
         return by_label(self.inputs.get("Model"))
 
     def lobe_set(self, engine: Engine) -> str | None:
-        """Return how the nodes make the model of lobes in `engine`, as `closures/lobes.py` names it; None where that is not all."""
-        if self.group == SPECULAR_GROUP.key or self.follows_lamps or engine is REALTIME:
+        """Return the set of lobes (`closures/lobes.py`) that the nodes use in `engine`; None where they use other closures."""
+        if self.group == SPECULAR_GROUP.key or self.follows_lights or engine is REALTIME:
             return None
         if engine is CYCLES:
             return CYCLES_LOBES
         return SINGLE if self.group == SUBSURFACE.key else EEVEE_LOBES[self.mode]
 
     @property
-    def follows_lamps(self) -> bool:
-        """Whether the chosen lamps decide."""
+    def follows_lights(self) -> bool:
+        """Whether the closures follow the chosen lights."""
         return self.mode == CHOSEN_LIGHTS and ("Model" not in self.inputs or self.reflectance.has_single_light)
 
     @property
     def is_cut_off(self) -> bool:
-        """Whether the color of a highlight that follows lamps is above what EEVEE keeps of one, over a black base if one is fed."""
+        """Whether a highlight that follows the chosen lights is brighter than EEVEE holds; over black where Color is linked."""
         if self.group != SPECULAR_GROUP.key:
             return False
         model = Specular(self.number("Specular"), self.number("Exponent"))
-        base = 0.0 if "Color" in self.fed else min(max(self.rgb("Color")), 1.0)
-        return base + model.height > EEVEE_MOST
+        base = 0.0 if "Color" in self.linked else min(max(self.rgb("Color")), 1.0)
+        return base + model.height > BRIGHTEST_IN_EEVEE
 
-    def way(self, engine: Engine, osl: bool) -> str:
-        """Return what makes it in `engine`, with `osl` or not: OSL or a mode or method; empty where there is but one way."""
+    def variant(self, engine: Engine, osl: bool) -> str:
+        """Return what makes the surface in `engine`, with `osl` or not: OSL, or the Quality or Method; empty without a choice."""
         if engine is REALTIME:
             return ""
         if self.group == SUBSURFACE.key:
             return "" if engine is EEVEE else self.mode
-        return "OSL" if osl and self.has_osl and not self.follows_lamps else self.mode
+        return "OSL" if osl and self.has_osl and not self.follows_lights else self.mode
 
 
-def claim_of(material: bpy.types.Material | None) -> Claim | None:
-    """Return what `material` claims; None where no True Diffuse group makes its surface."""
+def material_summary(material: bpy.types.Material | None) -> MaterialSummary | None:
+    """Return the summary of `material`; None where no True Diffuse group makes its surface."""
     found = group_node(material) if material else None
-    return claim_of_node(found[0]) if found else None
+    return node_summary(found[0]) if found else None
 
 
-def claim_of_node(node: bpy.types.Node) -> Claim | None:
-    """Return what `node` claims; None where it holds no group of ours, or not as this version makes it."""
+def node_summary(node: bpy.types.Node) -> MaterialSummary | None:
+    """Return the summary of `node`; None where it holds no group of this version."""
     group = next((group for group in GROUPS if group.key == stamp_of(node)[0]), None)
     if group is None:
         return None
@@ -121,11 +121,11 @@ def claim_of_node(node: bpy.types.Node) -> Claim | None:
     if not all(got and got.bl_idname.startswith(want.kind) for got, want in zip(sockets, group.inputs, strict=True)):
         return None  # an older version of the group, or one that somebody edited
     inputs = {socket.name: plain(socket.default_value) for socket in sockets}
-    fed = frozenset(socket.name for socket in sockets if socket.is_linked)
-    simplified = SPECIALIZED_FOR in node.node_tree
-    whole = next(iter(group.trees()), node.node_tree) if simplified else node.node_tree
-    parts = [whole, *(inner.node_tree for inner in whole.nodes if inner.type == "GROUP")]  # Subsurface holds Rough Diffuse
-    return Claim(group.key, inputs, fed, any(inner.type == "SCRIPT" for part in parts for inner in part.nodes))
+    linked = frozenset(socket.name for socket in sockets if socket.is_linked)
+    is_specialized = SPECIALIZED_FOR in node.node_tree
+    tree = next(iter(group.trees()), node.node_tree) if is_specialized else node.node_tree
+    parts = [tree, *(inner.node_tree for inner in tree.nodes if inner.type == "GROUP")]  # Subsurface holds Rough Diffuse
+    return MaterialSummary(group.key, inputs, linked, any(inner.type == "SCRIPT" for part in parts for inner in part.nodes))
 
 
 def engine_of(scene: bpy.types.Scene) -> Engine | None:
@@ -133,32 +133,36 @@ def engine_of(scene: bpy.types.Scene) -> Engine | None:
     return next((engine for engine in ENGINES.values() if engine.identifier == scene.render.engine), None)
 
 
-def stated_error(claim: Claim, scene: bpy.types.Scene) -> str:
-    """Return in words how far what `scene`'s engine makes of `claim` is from the model; empty where no formula says."""
+def stated_error(summary: MaterialSummary, scene: bpy.types.Scene) -> str:
+    """Return a message: the error of the closures in `scene`'s engine against the formula. Empty where formulas do not tell."""
     engine = engine_of(scene)
     if engine is None:
         return ""
-    is_below = claim.group == SUBSURFACE.key
+    is_subsurface = summary.group == SUBSURFACE.key
     if engine is REALTIME:
-        if claim.fed - DRAWN or (is_below and claim.number("Subsurface") >= 1.0):
+        if summary.linked - VARYING_IN_REALTIME or (is_subsurface and summary.number("Subsurface") >= 1.0):
             return ""
-        return "Rough part: exact under every lamp" if is_below else "Exact under every lamp"
-    if claim.follows_lamps:
-        if engine is EEVEE and claim.fed & {"Specular", "Exponent"}:
+        return "Rough part: exact under every light" if is_subsurface else "Exact under every light"
+    if summary.follows_lights:
+        if engine is EEVEE and summary.linked & {"Specular", "Exponent"}:
             return ""  # the highlight may be cut off somewhere
-        cut_off = f", cut off at {EEVEE_MOST:g} times white" if engine is EEVEE and claim.is_cut_off else ""
-        return f"Exact for the chosen lamps{cut_off}"
-    lobe_set = claim.lobe_set(engine)
-    if lobe_set is None or "Model" in claim.fed or (is_below and claim.number("Subsurface") >= 1.0):
+        cut_off = f", cut off at {BRIGHTEST_IN_EEVEE:g} times white" if engine is EEVEE and summary.is_cut_off else ""
+        return f"Exact for the chosen lights{cut_off}"
+    lobe_set = summary.lobe_set(engine)
+    if lobe_set is None or "Model" in summary.linked or (is_subsurface and summary.number("Subsurface") >= 1.0):
         return ""
-    part, model = "Rough part: " if is_below else "", claim.reflectance
-    if model.osl is not None and claim.has_osl and uses_osl(scene):
-        words = "Rough part: exact, by OSL" if is_below else "Exact, by OSL"
-        return words if model.osl is Osl.EXACT else ""
-    if claim.fed & {"Quality", *([model.parameter.socket] if model.parameter else [])}:
+    model = summary.reflectance
+    if model.osl is not None and summary.has_osl and uses_osl(scene):
+        message = "Rough part: exact with OSL" if is_subsurface else "Exact with OSL"
+        return message if model.osl is Osl.EXACT else ""
+    if summary.linked & {"Quality", *([model.parameter.socket] if model.parameter else [])}:
         return ""  # it may differ from place to place
-    error = _lobe_error(model, model.shape(claim.inputs), lobe_set)
-    return f"{part}{100.0 * error:.2g} % from {claim.label}" if error >= 5e-5 else f"{part}exactly {claim.label}"
+    error = _lobe_error(model, model.shape(summary.inputs), lobe_set)
+    if error < 5e-5:
+        message = f"equal to the {model.label} formula in {engine.label}"
+    else:
+        message = f"differs {100.0 * error:.2g} % (RMS) from the {model.label} formula in {engine.label}"
+    return f"Rough part: {message}" if is_subsurface else f"{message[0].upper()}{message[1:]}"
 
 
 @functools.lru_cache(maxsize=256)

@@ -17,7 +17,7 @@ class TRUE_DIFFUSE_OT_apply_preset(PicksPreset, bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         from ..material.materials import refusal
-        from ..material.summary import claim_of_node
+        from ..material.summary import node_summary
 
         node, material = node_of(context), material_of(context)
         if node is None:
@@ -27,7 +27,7 @@ class TRUE_DIFFUSE_OT_apply_preset(PicksPreset, bpy.types.Operator):
         if refused or not node.id_data.is_editable:
             cls.poll_message_set(f"The material {refused or 'is linked from another file'}")
             return False
-        if claim_of_node(node) is None:
+        if node_summary(node) is None:
             cls.poll_message_set(f"{node.node_tree.name} is of another version")
             return False
         return True

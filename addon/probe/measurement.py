@@ -22,7 +22,7 @@ from ..blender.id_properties import SPECIALIZED_FOR
 from ..closures.quality import CHOSEN_LIGHTS
 from ..material import materials
 from ..material.read import group_node
-from ..material.summary import Claim, claim_of, engine_of
+from ..material.summary import MaterialSummary, engine_of, material_summary
 from ..measure import render
 from ..measure.record import Progress
 from ..models.quadrature import NORMAL
@@ -85,7 +85,7 @@ class Measurement(NamedTuple):
     `mean` and `worst` are over the directions of the light, for a slab over those of the view. Times are in seconds.
     """
 
-    summary: Claim
+    summary: MaterialSummary
     setup: RenderSetup
     device: str
     mean: float
@@ -101,9 +101,9 @@ class Measurement(NamedTuple):
     @property
     def notes(self) -> tuple[str, ...]:
         """Messages about what the measurement ignored."""
-        linked = [name for name in self.summary.inputs if name in self.summary.fed and name != "Normal"]
+        linked = [name for name in self.summary.inputs if name in self.summary.linked and name != "Normal"]
         notes = [f"{', '.join(linked)} linked: measured at the socket's own value"] if linked else []
-        if "Normal" in self.summary.fed:
+        if "Normal" in self.summary.linked:
             notes.append("Normal linked: measured without")
         if self.summary.group == SUBSURFACE.key and self.summary.number("Specular") > 0.0:
             notes.append("measured without the coat")
@@ -112,7 +112,7 @@ class Measurement(NamedTuple):
     @property
     def variant(self) -> str:
         """The engine, with the quality or method, or OSL."""
-        variant = self.summary.way(self.setup.engine, self.setup.osl)
+        variant = self.summary.variant(self.setup.engine, self.setup.osl)
         return f"{self.setup.engine.label}, {variant}" if variant else self.setup.engine.label
 
     @property
@@ -134,7 +134,7 @@ class Measurement(NamedTuple):
         """Return the measurement as short lines."""
         return self.error, f"{self.cost} ({1e3 * self.seconds:.0f} ms)", self.variant, self.device, *self.notes
 
-    def is_current(self, summary: Claim | None, scene: bpy.types.Scene) -> bool:
+    def is_current(self, summary: MaterialSummary | None, scene: bpy.types.Scene) -> bool:
         """Return whether the material, as `summary` has it now, and `scene` are those that were measured."""
         try:
             return summary == self.summary and RenderSetup.of(scene) == self.setup
@@ -152,15 +152,15 @@ def total_work() -> float:
     return len(LIGHT_DEGREES) + 2.0 * (1 + ROUNDS)
 
 
-def check(material: bpy.types.Material | None, scene: bpy.types.Scene) -> tuple[Claim, RenderSetup]:
+def check(material: bpy.types.Material | None, scene: bpy.types.Scene) -> tuple[MaterialSummary, RenderSetup]:
     """Return the summary of `material` and the setup of `scene`; raises MeasurementError where they cannot be measured."""
-    setup, summary = RenderSetup.of(scene), claim_of(material)
+    setup, summary = RenderSetup.of(scene), material_summary(material)
     if summary is None:
         raise MeasurementError("No True Diffuse group makes this material's surface" if material else "There is no material")
     has_highlight = summary.group == SPECULAR_GROUP.key and summary.number("Specular") >= DARKEST
     if max(summary.rgb("Color")) < DARKEST and not has_highlight:
         raise MeasurementError("The material is black: there is nothing to compare")
-    if summary.follows_lamps and chosen_lights.LIGHTS.trees(linked=True):
+    if summary.follows_lights and chosen_lights.LIGHTS.trees(linked=True):
         raise MeasurementError(f"{CHOSEN_LIGHTS} of a linked material follows the lights chosen in its file: it cannot be measured")
     try:
         render.openimageio()
@@ -176,7 +176,7 @@ def measure(material: bpy.types.Material, scene: bpy.types.Scene, progress: Prog
     with _temporary_scene() as temporary:
         temporary.cycles.shading_system = setup.osl
         sphere = sphere_under_sun(SIZE, temporary)
-        with chosen_lights.following([sphere.sun]) if summary.follows_lamps else nullcontext():
+        with chosen_lights.following([sphere.sun]) if summary.follows_lights else nullcontext():
             copy = _copy(material)
             if is_slab:
                 errors = _slab_errors(copy, summary, setup, scene.unit_settings.scale_length, progress)
@@ -187,7 +187,7 @@ def measure(material: bpy.types.Material, scene: bpy.types.Scene, progress: Prog
 
 
 def _sphere_errors(
-    material: bpy.types.Material, summary: Claim, setup: RenderSetup, sphere: SphereUnderSun, progress: Progress
+    material: bpy.types.Material, summary: MaterialSummary, setup: RenderSetup, sphere: SphereUnderSun, progress: Progress
 ) -> list[float]:
     color = (*summary.rgb("Color"), 1.0)
     next(node for node in sphere.plain.node_tree.nodes if node.type == "BSDF_DIFFUSE").inputs["Color"].default_value = color
@@ -201,7 +201,7 @@ def _sphere_errors(
 
 
 def _slab_errors(
-    material: bpy.types.Material, summary: Claim, setup: RenderSetup, scale_length: float, progress: Progress
+    material: bpy.types.Material, summary: MaterialSummary, setup: RenderSetup, scale_length: float, progress: Progress
 ) -> list[float]:
     """Return the errors of the slab's color at VIEW_MUS under a sun from above, without the coat, which would reflect the sun."""
     node = _node(material)

@@ -10,7 +10,7 @@ from ..blender.engines import CYCLES, EEVEE, REALTIME, uses_osl
 from ..closures.quality import CHOSEN_LIGHTS
 from ..material.materials import materials_of, refusal
 from ..material.read import group_node
-from ..material.summary import Claim, claim_of, engine_of
+from ..material.summary import MaterialSummary, engine_of, material_summary
 from ..nodes import SPECULAR_GROUP, SUBSURFACE
 from .tolerance import Choice, ToleranceError, choose
 
@@ -46,13 +46,13 @@ def apply(scene: bpy.types.Scene, choices: Choices) -> tuple[int, list[str]]:
     return samples, [material.name for material, choice in choices.items() if not _set_quality(material, choice)]
 
 
-def _in_use(scene: bpy.types.Scene) -> list[tuple[bpy.types.Material, Claim]]:
+def _in_use(scene: bpy.types.Scene) -> list[tuple[bpy.types.Material, MaterialSummary]]:
     """Return the True Diffuse materials of `scene` of which a report has curves: all but Standard Specular."""
-    summaries = ((material, claim_of(material)) for material in materials_of(scene))
+    summaries = ((material, material_summary(material)) for material in materials_of(scene))
     return [(material, summary) for material, summary in summaries if summary and summary.group != SPECULAR_GROUP.key]
 
 
-def _choice(scene: bpy.types.Scene, report: Mapping[str, Any], summary: Claim, tolerance: float) -> Choice:
+def _choice(scene: bpy.types.Scene, report: Mapping[str, Any], summary: MaterialSummary, tolerance: float) -> Choice:
     """Return the choice for one material; raises ToleranceError. Only the artist can choose Exact for Chosen Lights."""
     is_subsurface = summary.group == SUBSURFACE.key
     engine = engine_of(scene)
@@ -68,7 +68,7 @@ def _choice(scene: bpy.types.Scene, report: Mapping[str, Any], summary: Claim, t
         roughness=0.0 if is_subsurface else summary.number("Roughness"),
         group=summary.group,
         osl=engine is CYCLES and uses_osl(scene) and not is_subsurface,
-        excluded=() if summary.follows_lamps else (CHOSEN_LIGHTS,),
+        excluded=() if summary.follows_lights else (CHOSEN_LIGHTS,),
     )
 
 

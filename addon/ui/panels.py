@@ -19,7 +19,7 @@ from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
 from . import menus, plots
 
 if TYPE_CHECKING:
-    from ..material.summary import Claim
+    from ..material.summary import MaterialSummary
 
 CHANNELS = ("Red", "Green", "Blue")
 NARROWEST, WIDEST = 7.0, 13.0  # of a plot, times an icon's size
@@ -100,11 +100,11 @@ class TRUE_DIFFUSE_PT_scene(bpy.types.Panel):
 def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
     """Draw all that there is to a material."""
     from ..material.materials import refusal
-    from ..material.summary import claim_of, claim_of_node
+    from ..material.summary import material_summary, node_summary
 
     node = node_of(context)
-    claim = claim_of_node(node) if node else None
-    if node is None or claim is None:
+    summary = node_summary(node) if node else None
+    if node is None or summary is None:
         draw_other(layout, context, node)
         return
     column = layout.column()
@@ -113,10 +113,12 @@ def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, materi
     if SPECIALIZED_FOR in node.node_tree:
         column.label(text="Simplified", icon="INFO")
         _caption(column, "Edit a socket for the whole group")
-    if claim.follows_lamps:
+    if summary.follows_lights:
         _section(layout, "lamps", "Lamps", lambda body: draw_lamps(body, context.scene))
-    _section(layout, "plot", "Plot", lambda body: draw_plots(body, context, claim))
-    _section(layout, "accuracy", "Accuracy", lambda body: draw_accuracy(body, context, material, claim, claim_of(material)))
+    _section(layout, "plot", "Plot", lambda body: draw_plots(body, context, summary))
+    _section(
+        layout, "accuracy", "Accuracy", lambda body: draw_accuracy(body, context, material, summary, material_summary(material))
+    )
     _section(layout, "tolerance", "Tolerance", lambda body: draw_tolerance(body, context.scene))
     row = layout.row(align=True)
     row.operator(TRUE_DIFFUSE_OT_simplify.bl_idname)
@@ -166,32 +168,32 @@ def draw_sockets(layout: bpy.types.UILayout, node: bpy.types.Node) -> None:
             row.prop(socket, "default_value", text=socket.name)
 
 
-def draw_plots(layout: bpy.types.UILayout, context: bpy.types.Context, claim: "Claim") -> None:
+def draw_plots(layout: bpy.types.UILayout, context: bpy.types.Context, summary: "MaterialSummary") -> None:
     """Draw the lobe, and the profile below the surface where there is one, each with what its axes are."""
     from ..material.summary import engine_of
     from ..nodes import SUBSURFACE
 
     engine = engine_of(context.scene)
-    key = (claim.group, *sorted((name, value) for name, value in claim.inputs.items() if name != "Normal"))
-    is_below = claim.group == SUBSURFACE.key
-    if is_below and claim.number("Subsurface") > 0.0:
-        _plot(layout, context, plots.icon(("profile", key), lambda: plots.profile(claim)))
+    key = (summary.group, *sorted((name, value) for name, value in summary.inputs.items() if name != "Normal"))
+    is_below = summary.group == SUBSURFACE.key
+    if is_below and summary.number("Subsurface") > 0.0:
+        _plot(layout, context, plots.icon(("profile", key), lambda: plots.profile(summary)))
         _caption(
             layout,
             "Light by distance from where it enters",
-            f"Across: 0 to {plots.profile_reach(claim):.3g} mm",
+            f"Across: 0 to {plots.profile_reach(summary):.3g} mm",
             f"Up: R(r) [1/mm²], {plots.DECADES} decades",
         )
-    if not is_below or claim.number("Subsurface") < 1.0:
-        _plot(layout, context, plots.icon(("lobe", engine and engine.key, key), lambda: plots.lobe(claim, engine)))
+    if not is_below or summary.number("Subsurface") < 1.0:
+        _plot(layout, context, plots.icon(("lobe", engine and engine.key, key), lambda: plots.lobe(summary, engine)))
         lights = " / ".join(f"{degrees:g}°" for degrees, _ in plots.LIGHTS)
         _caption(
             layout,
             f"Dots: light at {lights}",
             "Across: view from -90° to 90°",
             f"Up: radiance, 0 to {plots.TOP:g} times Lambert's",
-            f"Solid: {claim.label}",
-            *([f"Dashed: its lobes in {engine.label}"] if engine and claim.lobe_set(engine) else []),
+            f"Solid: {summary.label}",
+            *([f"Dashed: its lobes in {engine.label}"] if engine and summary.lobe_set(engine) else []),
             "Gray: Lambert",
         )
 
@@ -210,12 +212,16 @@ def _caption(layout: bpy.types.UILayout, *lines: str) -> None:
 
 
 def draw_accuracy(
-    layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material, claim: "Claim", surface: "Claim | None"
+    layout: bpy.types.UILayout,
+    context: bpy.types.Context,
+    material: bpy.types.Material,
+    summary: "MaterialSummary",
+    surface: "MaterialSummary | None",
 ) -> None:
     """Draw the error that the formulas state, and what was measured last of the material's `surface`."""
     from ..material.summary import stated_error
 
-    layout.label(text=stated_error(claim, context.scene) or "Measure to know", icon="INFO")
+    layout.label(text=stated_error(summary, context.scene) or "Not measured yet", icon="INFO")
     layout.operator(TRUE_DIFFUSE_OT_measure.bl_idname)
     measurement = measurements.get(material.session_uid)
     if measurement is None:

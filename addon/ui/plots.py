@@ -15,7 +15,7 @@ import bpy.utils.previews
 
 if TYPE_CHECKING:
     from ..blender.engines import Engine
-    from ..material.summary import Claim
+    from ..material.summary import MaterialSummary
 
 type Color = tuple[int, int, int]
 type Points = Sequence[tuple[float, float]]
@@ -87,7 +87,7 @@ class Canvas:
                     pixels[at + 2] += int((blue - pixels[at + 2]) * cover)
 
 
-def lobe(claim: "Claim", engine: "Engine | None") -> Canvas:
+def lobe(summary: "MaterialSummary", engine: "Engine | None") -> Canvas:
     """Draw radiance over the angle of view, in the plane of the light, for lights at LIGHTS, and dashed the lobes of `engine`.
 
     Gray lines are Lambert's. Views from -90 to 90 degrees; a dot marks where each light stands. The color's luminance counts.
@@ -101,9 +101,9 @@ def lobe(claim: "Claim", engine: "Engine | None") -> Canvas:
         angle = math.radians(degrees)
         return math.sin(angle), 0.0, math.cos(angle)
 
-    albedo = min(1.0, max(0.02, sum(w * c for w, c in zip(LUMINANCE, claim.rgb("Color"), strict=True))))
-    lobe_set = claim.lobe_set(engine) if engine else None
-    shown = Rendered(claim.model, lobe_set) if lobe_set else None
+    albedo = min(1.0, max(0.02, sum(w * c for w, c in zip(LUMINANCE, summary.rgb("Color"), strict=True))))
+    lobe_set = summary.lobe_set(engine) if engine else None
+    shown = Rendered(summary.model, lobe_set) if lobe_set else None
     canvas = _axes(3)
     for degrees, color in LIGHTS:
         l = towards(degrees)
@@ -115,7 +115,7 @@ def lobe(claim: "Claim", engine: "Engine | None") -> Canvas:
 
         ideal = math.cos(math.radians(degrees)) / TOP
         canvas.line([(0.0, ideal), (1.0, ideal)], IDEAL, THIN)
-        canvas.line(curve(claim.model.radiance), color)
+        canvas.line(curve(summary.model.radiance), color)
         if shown:
             red, green, blue = (channel // 2 + 50 for channel in color)
             canvas.dashes(curve(shown.radiance), (red, green, blue))
@@ -123,16 +123,16 @@ def lobe(claim: "Claim", engine: "Engine | None") -> Canvas:
     return canvas
 
 
-def profile_reach(claim: "Claim") -> float:
+def profile_reach(summary: "MaterialSummary") -> float:
     """Return the distance [mm] to which the plot of the profile goes: SHARE of the widest channel's light comes out nearer."""
-    return max(burley.radius(SHARE) for burley in _profiles(claim))
+    return max(burley.radius(SHARE) for burley in _profiles(summary))
 
 
-def profile(claim: "Claim") -> Canvas:
+def profile(summary: "MaterialSummary") -> Canvas:
     """Draw R(r) of each channel times its color over the distance r, on a scale of DECADES, from 0 to `profile_reach`."""
-    canvas, reach, color = _axes(DECADES), profile_reach(claim), claim.rgb("Color")
+    canvas, reach, color = _axes(DECADES), profile_reach(summary), summary.rgb("Color")
     curves = []
-    for channel, burley in zip(color, _profiles(claim), strict=True):
+    for channel, burley in zip(color, _profiles(summary), strict=True):
         radii = [reach * ((k + 0.5) / PROFILE_POINTS) ** 2 for k in range(PROFILE_POINTS)] + [reach]
         curves.append([(r / reach, channel * burley.profile(r)) for r in radii])
     highest = max((value for curve in curves for x, value in curve if x >= 1e-3), default=0.0)
@@ -142,13 +142,13 @@ def profile(claim: "Claim") -> Canvas:
     return canvas
 
 
-def _profiles(claim: "Claim") -> list:
+def _profiles(summary: "MaterialSummary") -> list:
     """Return the profile of each channel: what a random walk gives, as `closures/subsurface_fit.py` says."""
     from ..closures.subsurface_fit import edge_width
     from ..models import EDGE_WIDTH_25_75, Burley
 
-    lengths, scale = claim.rgb("Subsurface Radius"), claim.number("Scale")
-    colors = claim.rgb("Color")
+    lengths, scale = summary.rgb("Subsurface Radius"), summary.number("Scale")
+    colors = summary.rgb("Color")
     return [Burley(length * scale * edge_width(color) / EDGE_WIDTH_25_75) for length, color in zip(lengths, colors, strict=True)]
 
 
