@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The characters as meshes, from every source, and the scene they stand in."""
+"""The characters' meshes from every source, and the framing of the five characters."""
 
 import math
 from pathlib import Path
@@ -18,7 +18,7 @@ from true_diffuse.scripts.characters import character
 pytestmark = pytest.mark.usefixtures("empty_file")
 
 
-def check_whole(mesh: bpy.types.Mesh) -> None:
+def check_mesh(mesh: bpy.types.Mesh) -> None:
     zs = [vertex.co.z for vertex in mesh.vertices]
     assert min(zs) == pytest.approx(0.0, abs=0.01) and max(zs) == pytest.approx(1.8, abs=0.05)
     colors = [tuple(item.color) for item in mesh.color_attributes[ALBEDO_ATTRIBUTE].data]
@@ -27,9 +27,9 @@ def check_whole(mesh: bpy.types.Mesh) -> None:
     assert all(math.isfinite(component) for item in mesh.corner_normals for component in item.vector)
 
 
-def test_human_is_a_sound_mesh() -> None:
+def test_human_is_a_valid_mesh() -> None:
     mesh = character.load("human")
-    check_whole(mesh)
+    check_mesh(mesh)
     shape = bmesh.new()
     shape.from_mesh(mesh)
     assert not [v for v in shape.verts if not v.link_faces]
@@ -56,13 +56,13 @@ def test_human_is_the_published_one() -> None:
     )
 
 
-def test_monkey_is_a_sound_mesh() -> None:
-    check_whole(character.load("monkey"))
+def test_monkey_is_a_valid_mesh() -> None:
+    check_mesh(character.load("monkey"))
 
 
 @pytest.fixture
 def cones(tmp_path: Path) -> dict[str, Path]:
-    """The same two cones in every format that can be read; in the .blend also a lamp and a hidden cube."""
+    """The same two cones in every format that can be read; in the .blend also a light and a hidden cube."""
     for x in (0.0, 3.0):
         bpy.ops.mesh.primitive_cone_add(location=(x, 0.0, 5.0))
     files = {suffix: tmp_path / f"cones.{suffix}" for suffix in ("usdc", "glb", "obj", "blend")}
@@ -84,7 +84,7 @@ def cones(tmp_path: Path) -> dict[str, Path]:
 @pytest.mark.parametrize("suffix", ["usdc", "glb", "obj", "blend"])
 def test_file_gives_its_visible_meshes_as_one(suffix: str, cones: dict[str, Path]) -> None:
     mesh = character.load(str(cones[suffix]))
-    check_whole(mesh)
+    check_mesh(mesh)
     xs = [vertex.co.x for vertex in mesh.vertices]
     # 2 cones of radius 1 and height 2, their axes 3 apart: 5 wide and 2 high, scaled to 1.8 high and put around the middle
     assert (min(xs), max(xs)) == pytest.approx((-2.25, 2.25), abs=1e-3)
@@ -113,8 +113,8 @@ def test_frames_of_a_file_keep_the_place_and_scale_of_the_first(tmp_path: Path) 
     tall = ball.shape_key_add(name="Tall")
     for point in tall.data:
         point.co.z *= 2.0
-    for frame, share in ((1, 0.0), (11, 1.0)):
-        tall.value, ball.location.z = share, 3.0 * share
+    for frame, value in ((1, 0.0), (11, 1.0)):
+        tall.value, ball.location.z = value, 3.0 * value
         tall.keyframe_insert("value", frame=frame)
         ball.keyframe_insert("location", frame=frame)
     path = tmp_path / "ball.blend"
@@ -151,30 +151,24 @@ def test_unusable_file_is_refused_in_one_line(name: str, content: bytes | None, 
     assert "\n" not in str(caught.value)
 
 
-def test_truncated_file_is_refused(cones: dict[str, Path]) -> None:
-    for suffix in ("usdc", "glb", "blend"):
-        whole = cones[suffix].read_bytes()
-        cones[suffix].write_bytes(whole[: len(whole) // 2])
-        with pytest.raises(character.CharacterError):
-            character.load(str(cones[suffix]))
+@pytest.mark.parametrize("suffix", ["usdc", "glb", "blend"])
+def test_truncated_file_is_refused(suffix: str, cones: dict[str, Path]) -> None:
+    whole = cones[suffix].read_bytes()
+    cones[suffix].write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(character.CharacterError):
+        character.load(str(cones[suffix]))
 
 
 @pytest.mark.parametrize(("who", "bust"), [("human", True), ("human", False), ("monkey", False)])
 @pytest.mark.parametrize("resolution", [(1280, 480), (300, 600)])
 def test_all_characters_are_in_the_frame(who: str, bust: bool, resolution: tuple[int, int]) -> None:
     stage = five_characters.build(character.load(who), 0.8, bust, resolution)
-    assert [one.look.name for one in stage.characters] == [
-        "specular",
-        "lambert",
-        "oren_nayar_0",
-        "oren_nayar_0.2",
-        "oren_nayar_0.33",
-    ]
-    for one in stage.characters:
-        place = one.subject.matrix_world
+    names = [shown.look.name for shown in stage.characters]
+    assert names == ["specular", "lambert", "oren_nayar_0", "oren_nayar_0.2", "oren_nayar_0.33"]
+    for shown in stage.characters:
+        matrix = shown.subject.matrix_world
         corners = [
-            world_to_camera_view(stage.scene, stage.scene.camera, place @ Vector(corner)) for corner in one.subject.bound_box
+            world_to_camera_view(stage.scene, stage.scene.camera, matrix @ Vector(corner)) for corner in shown.subject.bound_box
         ]
-        middle = sum(corner.x for corner in corners) / 8
-        assert 0.0 < middle < 1.0
+        assert 0.0 < sum(corner.x for corner in corners) / 8 < 1.0
         assert max(corner.y for corner in corners) <= 1.0 and (bust or min(corner.y for corner in corners) >= 0.0)

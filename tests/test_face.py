@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The face's scene and the comparison of engines by regions of skin."""
+"""The face's scene, and the comparison of engines by regions of skin."""
 
 from array import array
 from itertools import pairwise
@@ -18,16 +18,16 @@ pytestmark = pytest.mark.usefixtures("empty_file")
 def test_human_has_every_region_on_both_sides() -> None:
     mesh = character.load("human")
     regions = mesh.attributes[REGION_ATTRIBUTE].data
-    places = {region: [] for region in REGIONS}
+    centers = {region: [] for region in REGIONS}
     for polygon in mesh.polygons:
-        places[REGIONS[regions[polygon.index].value]].append(polygon.center)
+        centers[REGIONS[regions[polygon.index].value]].append(polygon.center)
     for region in REGIONS:
-        xs = [place.x for place in places[region]]
+        xs = [center.x for center in centers[region]]
         assert min(xs) < -0.005 and max(xs) > 0.005
-    mean = {region: sum(p.z for p in places[region]) / len(places[region]) for region in REGIONS}
+    mean = {region: sum(p.z for p in centers[region]) / len(centers[region]) for region in REGIONS}
     assert mean["forehead"] > mean["eyes"] > mean["nose"] > mean["nostrils"]
-    assert min(abs(place.x) for place in places["ears"]) > 0.05  # m, on the sides of the head
-    assert min(place.z for place in places["other skin"]) > 1.3  # the hands wear gloves
+    assert min(abs(center.x) for center in centers["ears"]) > 0.05  # m, on the sides of the head
+    assert min(center.z for center in centers["other skin"]) > 1.3  # the hands wear gloves
 
 
 @pytest.mark.parametrize("who", ["human", "monkey"])
@@ -39,7 +39,7 @@ def test_only_skin_scatters(who: str) -> None:
         assert used == ({0, 1, 2} if who == "human" else {2})
         group = skin.node_tree.nodes["Subsurface"].inputs
         assert group["Subsurface"].default_value == pytest.approx(head.look.inputs["Subsurface"])
-        assert group["Scale"].default_value == 1.0  # no longer paths than those measured
+        assert group["Scale"].default_value == 1.0  # the published lengths as they are
         assert tuple(group["Subsurface Radius"].default_value) == pytest.approx(PRESETS["skin_2"].inputs["Subsurface Radius"])
         assert eyes.node_tree.nodes["Subsurface"].inputs["Subsurface"].default_value == 0.0
         assert "Subsurface" not in other.node_tree.nodes
@@ -54,8 +54,8 @@ def test_heads_stand_side_by_side() -> None:
     assert all(left[1] <= right[0] + 1e-5 for left, right in pairwise(edges))
 
 
-def test_noise_is_told_from_difference() -> None:
-    """Two takes of 1 with noise that neither has in common: from their truth the other engine is 10 % off."""
+def test_difference_is_without_noise() -> None:
+    """Two renders of 1 with independent noise: EEVEE is 10 % off the true value, Realtime 20 %."""
     look = face.LOOKS[0]
     first = array("f", [x for x in (1.2, 1.2, 0.8, 0.8) for _ in range(3)])
     second = array("f", [x for x in (1.2, 0.8, 1.2, 0.8) for _ in range(3)])

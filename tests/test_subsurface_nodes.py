@@ -5,14 +5,22 @@ import bpy
 
 import pytest
 
+from true_diffuse.addon.blender.engines import Engine
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import error
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE, Group
 from true_diffuse.addon.nodes.graph import STAMP
 from true_diffuse.addon.nodes.subsurface import METHOD
-from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
+from true_diffuse.scenes.sphere import COLOR, SphereUnderSun, sphere_under_sun
 
 pytestmark = pytest.mark.usefixtures("empty_file")
+
+
+def difference(sphere: SphereUnderSun, ours: bpy.types.Material, reference: bpy.types.Material, engine: Engine) -> float:
+    """The RMS difference of two materials under the sun, relative to the reference's RMS."""
+    (_, got), (_, expected) = (sphere.radiance(shown, [sphere.sun], None, engine, 4, shadows=False) for shown in (ours, reference))
+    measurable = [pixel for pixel, good in enumerate(sphere.surface().measurable) if good]
+    return error.difference(got, expected, measurable)
 
 
 @pytest.mark.render
@@ -22,23 +30,17 @@ def test_without_subsurface_and_coat_it_is_rough_diffuse(engine, model: str) -> 
     bare = {"Subsurface": 0.0, "Specular": 0.0}
     ours = materials.create("Ours", SUBSURFACE, Model=model, Color=COLOR, Roughness=0.5, **bare)
     rough = materials.create("Rough", ROUGH_DIFFUSE, Model=model, Quality="Fast", Color=COLOR, Roughness=0.5)
-    (_, got), (_, expected) = (sphere.radiance(one, [sphere.sun], None, engine, 4, shadows=False) for one in (ours, rough))
-    measurable = [pixel for pixel, good in enumerate(sphere.surface().measurable) if good]
     # Cycles picks one closure of two by chance, and does so by another number here; EEVEE's colors have 10 bits
-    assert error.difference(got, expected, measurable) < 0.01
+    assert difference(sphere, ours, rough, engine) < 0.01
 
 
 @pytest.mark.render
-def test_white_coat_hides_nothing_of_a_mirror(engine) -> None:
-    """At IOR 1 there is nothing to mirror, so a coat of full weight changes nothing."""
-    sphere = sphere_under_sun(48)
-    looks = [
+def test_specular_coat_of_ior_1_changes_nothing(engine) -> None:
+    bare, coated = (
         materials.create(f"Coat {weight}", SUBSURFACE, Color=COLOR, Subsurface=0.0, IOR=1.0, Specular=weight)
         for weight in (0.0, 1.0)
-    ]
-    (_, without), (_, coated) = (sphere.radiance(one, [sphere.sun], None, engine, 4, shadows=False) for one in looks)
-    measurable = [pixel for pixel, good in enumerate(sphere.surface().measurable) if good]
-    assert error.difference(coated, without, measurable) < 0.01
+    )
+    assert difference(sphere_under_sun(48), coated, bare, engine) < 0.01
 
 
 @pytest.mark.parametrize(("unit", "meter"), [(1.0, 1.0), (0.01, 100.0), (0.001, 1000.0), (1000.0, 1e-3)])
@@ -58,13 +60,13 @@ def test_material_keeps_its_own_thickness() -> None:
     assert not material.node_tree.get_output_node("EEVEE").inputs["Thickness"].is_linked
 
 
-def test_thickness_does_not_depend_on_the_order_of_adding() -> None:
-    for first, second in ((ROUGH_DIFFUSE, SUBSURFACE), (SUBSURFACE, ROUGH_DIFFUSE)):
-        material = materials.create("Both", first)
-        materials.add_group(material.node_tree, second)
-        materials.set_thickness(material)
-        assert not material.node_tree.get_output_node("EEVEE").inputs["Thickness"].is_linked
-        assert material.use_thickness_from_shadow
+@pytest.mark.parametrize(("first", "second"), [(ROUGH_DIFFUSE, SUBSURFACE), (SUBSURFACE, ROUGH_DIFFUSE)])
+def test_thickness_does_not_depend_on_the_order_of_adding(first: Group, second: Group) -> None:
+    material = materials.create("Both", first)
+    materials.add_group(material.node_tree, second)
+    materials.set_thickness(material)
+    assert not material.node_tree.get_output_node("EEVEE").inputs["Thickness"].is_linked
+    assert material.use_thickness_from_shadow
 
 
 def test_older_version_of_the_group_is_still_translucent() -> None:

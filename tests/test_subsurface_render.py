@@ -2,8 +2,6 @@
 """Light scattered below the surface of a slab, as Blender's own Subsurface Scattering and the group render it."""
 
 import math
-from collections.abc import Generator
-from contextlib import contextmanager
 from xml.etree import ElementTree
 
 import bpy
@@ -16,22 +14,12 @@ from true_diffuse.scenes.slab import slab
 from true_diffuse.scripts.studies import searchlight
 from true_diffuse.scripts.studies import subsurface as study
 from true_diffuse.scripts.studies.edge_profile import edge_width
+from true_diffuse.scripts.studies.work_precision.test_scenes import Silent
 
 COLORS = (0.8, 0.5, 0.1)
 D = 2.0  # mm, of Burley's profile
 # Cycles ends Burley's profile at 16 d and makes up for it: everything nearer is more by 1 / 0.99638.
 TRUNCATION = Burley(D).cdf(16.0 * D)
-
-
-class Silent:
-    """Progress that nobody sees."""
-
-    @contextmanager
-    def step(self, text: str, work: float) -> Generator[None]:
-        yield
-
-    def within(self, work: float) -> None:
-        """Say nothing."""
 
 
 def plain(radius: float) -> bpy.types.Material:
@@ -47,21 +35,24 @@ def plain(radius: float) -> bpy.types.Material:
     return material
 
 
-def test_edge_width_finds_that_of_closed_forms() -> None:
-    # e^(-|x|) / 2: the response is e^x / 2 below the edge, 25 % at -ln 2. 64 values over 4 widths, or 6 to a width.
-    for step in (2.0 * math.log(2.0) / 16.0, 2.0 * math.log(2.0) / 6.0):
-        places = [(k - 63.5) * step for k in range(128)]
-        values = [0.5 * math.exp(x) if x < 0.0 else 1.0 - 0.5 * math.exp(-x) for x in places]
-        assert edge_width([3.0 * value for value in values], step) == pytest.approx(2.0 * math.log(2.0), rel=1e-9)
-    # a logistic edge, which bends the other method: 25 % at -ln 3
+@pytest.mark.parametrize("steps", [16.0, 6.0])
+def test_edge_width_of_an_exponential_profile(steps: float) -> None:
+    # e^(-|x|) / 2: the response is e^x / 2 below the edge, 25 % at -ln 2
+    expected = 2.0 * math.log(2.0)
+    positions = [(k - 63.5) * expected / steps for k in range(128)]
+    values = [0.5 * math.exp(x) if x < 0.0 else 1.0 - 0.5 * math.exp(-x) for x in positions]
+    assert edge_width([3.0 * value for value in values], expected / steps) == pytest.approx(expected, rel=1e-9)
+
+
+def test_edge_width_of_a_logistic_edge() -> None:
+    # it bends the other way: 25 % at -ln 3
     values = [1.0 / (1.0 + math.exp((63.5 - k) * 0.2)) for k in range(128)]
     assert edge_width(values, 0.2) == pytest.approx(2.0 * math.log(3.0), rel=2e-3)
 
 
-def test_edge_width_is_nan_where_no_edge_shows() -> None:
-    assert math.isnan(edge_width([0.5] * 16, 1.0))
-    assert math.isnan(edge_width([0.0] * 16, 1.0))
-    assert math.isnan(edge_width([0.0] * 8 + [1.0] * 8, 1.0))
+@pytest.mark.parametrize("values", [[0.5] * 16, [0.0] * 16, [0.0] * 8 + [1.0] * 8], ids=["gray", "black", "step"])
+def test_edge_width_is_nan_where_no_edge_shows(values: list[float]) -> None:
+    assert math.isnan(edge_width(values, 1.0))
 
 
 @pytest.mark.render
@@ -90,7 +81,7 @@ def test_slab_is_in_millimetres_in_scenes_of_any_unit(scale_length: float) -> No
 @pytest.mark.render
 @pytest.mark.usefixtures("empty_file")
 @pytest.mark.parametrize("method", [study.WALK, study.BURLEY], ids=lambda method: method.entry)
-def test_slab_lit_all_over_shows_the_color(method: study.Method) -> None:
+def test_evenly_lit_slab_shows_the_color(method: study.Method) -> None:
     shown = study.material(method, COLORS, (1.0,) * 3)
     (found,) = slab(1000.0).albedos([shown], engines.CYCLES, 512)
     for color, mean in zip(COLORS, found, strict=True):
@@ -100,13 +91,13 @@ def test_slab_lit_all_over_shows_the_color(method: study.Method) -> None:
 
 @pytest.mark.render
 @pytest.mark.usefixtures("empty_file")
-def test_cells_keep_to_themselves() -> None:
+@pytest.mark.parametrize("mu", [1.0, 0.3])
+def test_cells_keep_to_themselves(mu: float) -> None:
     body = slab(1000.0, 2, 2)
     colors = (0.2, 0.4, 0.6, 0.8)
     shown = [study.material(study.BURLEY, (color,) * 3, (1.0,) * 3) for color in colors]
-    for mu in (1.0, 0.3):
-        for color, channels in zip(colors, body.albedos(shown, engines.CYCLES, 64, mu), strict=True):
-            assert [mean.value for mean in channels] == pytest.approx([color] * 3, rel=0.02)
+    for color, channels in zip(colors, body.albedos(shown, engines.CYCLES, 64, mu), strict=True):
+        assert [mean.value for mean in channels] == pytest.approx([color] * 3, rel=0.02)
 
 
 @pytest.mark.render
