@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measures how near each home of each model comes to its formula, and writes records of it.
+"""Measures how near each target of each model comes to its formula, and writes records of it.
 
 uv run scripts/accuracy.py --only rough --out accuracy.json
 """
@@ -57,7 +57,7 @@ def told(
 
 
 def rough(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
-    """Hold each rough model, home and mode against its formula, on a sphere under a sun."""
+    """Hold each rough model, target and mode against its formula, on a sphere under a sun."""
     from true_diffuse.scenes.sphere import sphere_under_sun
     from true_diffuse.scripts.studies import rough as study
 
@@ -88,17 +88,17 @@ def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -
     from true_diffuse.addon.blender.osl import compiles_osl
     from true_diffuse.scripts.studies import float32_accuracy, stability_glsl, stability_osl, stability_subsurface
 
-    homes: list[tuple[str, ModuleType]] = [("GLSL", stability_glsl)] if EEVEE in engines else []
+    targets: list[tuple[str, ModuleType]] = [("GLSL", stability_glsl)] if EEVEE in engines else []
     if CYCLES in engines and compiles_osl():
-        homes.append(("OSL", stability_osl))
-    if not homes:
+        targets.append(("OSL", stability_osl))
+    if not targets:
         raise BadInput("GLSL needs EEVEE's graphics driver, OSL a Cycles that compiles it")
     quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
     records = []
-    for name, home in homes:
-        count = home.COUNT // 10 if options.quick else home.COUNT
-        measure = partial(home.stability, reference_mpmath.radiance, quick, count)
-        records += told(terminal, home.work(), measure, f"{name} in 32-bit floats: the largest errors", float32_accuracy.table)
+    for name, target in targets:
+        count = target.COUNT // 10 if options.quick else target.COUNT
+        measure = partial(target.stability, reference_mpmath.radiance, quick, count)
+        records += told(terminal, target.work(), measure, f"{name} in 32-bit floats: the largest errors", float32_accuracy.table)
     formulas = list(stability_subsurface.records())
     terminal.table("Subsurface formulas at their ends", *stability_subsurface.table(formulas))
     return records + formulas
@@ -145,7 +145,7 @@ def frames(options: Namespace, engines: list["Engine"], terminal: Terminal) -> l
 
 
 def furnace(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
-    """Hold what each model, home and mode reflects of a uniform world against its formula."""
+    """Hold what each model, target and mode reflects of a uniform world against its formula."""
     from true_diffuse.scripts.studies import robustness
 
     work, measure = robustness.furnace_work(engines, options.quick), partial(robustness.furnace, engines, options.quick)

@@ -19,10 +19,10 @@ def test_accuracy_end_to_end(tmp_path: Path) -> None:
     document = json.loads((tmp_path / "records" / "accuracy.json").read_text())
     records = document["records"]
     assert len(records) == 4 * 3  # ways in Cycles, angles
-    fields = "home engine mode model sigma light_degrees samples rms_error lobe_error render_seconds"
+    fields = "target engine quality model sigma light_degrees samples rms_error lobe_error render_seconds"
     assert all(set(record) == set(fields.split()) for record in records)
     for record in records:
-        if record["mode"] == "Balanced" and record["home"] == "nodes" and record["light_degrees"] <= 60.0:
+        if record["quality"] == "Balanced" and record["target"] == "nodes" and record["light_degrees"] <= 60.0:
             # the sphere's front: no more than the lobes' own error over all lights
             assert record["rms_error"] < record["lobe_error"]
 

@@ -171,7 +171,7 @@ def test_osl_is_never_infinite_or_negative(model: str, records) -> None:
 @pytest.mark.render
 def test_osl_records_have_a_line_each_for_people(records) -> None:
     columns, rows = float32_accuracy.table(list(records.values()))
-    assert [row[columns.index("Home")] for row in rows] == ["osl"] * len(records)
+    assert [row[columns.index("Target")] for row in rows] == ["osl"] * len(records)
 
 
 @pytest.mark.render

@@ -169,7 +169,7 @@ REFEREED["blinn_phong"] = (0.3, 50.0), models.Specular(0.3, 50.0)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_referee_equals_the_model(name: str) -> None:
+def test_reference_equals_the_model(name: str) -> None:
     shape, model = REFEREED[name]
     dice = random.Random(5)
     for _ in range(200):
@@ -179,7 +179,7 @@ def test_referee_equals_the_model(name: str) -> None:
 
 
 @pytest.mark.parametrize(("mu_i", "mu_o", "azimuth"), [(0.9, 0.4, 0.5), (0.3, 0.3, 2.0), (0.7, 0.95, 3.0)])
-def test_referee_of_pits_equals_the_sum_over_the_wall(mu_i: float, mu_o: float, azimuth: float) -> None:
+def test_reference_of_pits_equals_the_sum_over_the_wall(mu_i: float, mu_o: float, azimuth: float) -> None:
     n, l, v = (0.0, 0.0, 1.0), from_polar(mu_i, azimuth), from_polar(mu_o, 0.0)
     steps, once = 200, 0.0
     for i, j in itertools.product(range(steps), range(2 * steps)):

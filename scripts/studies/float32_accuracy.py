@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Judges what a home of the models makes of inputs in 32-bit floats: how near it comes to their formulas, and the worst inputs.
+"""How near a target of the models comes to their formulas in 32-bit floats, and what it makes of the worst inputs.
 
 Asked of every input: an error of at most RELATIVE of the value where that is above FLOOR of the model's largest, and at most
 ABSOLUTE elsewhere; and never NaN, infinity or a negative radiance. The formula gets the same 32-bit numbers as the shader. An input
@@ -24,7 +24,7 @@ RELATIVE, FLOOR, ABSOLUTE = 2e-5, 1e-4, 1e-6
 EXAMINED = 100  # of the random inputs, so many of the worst, and as many others, are worked out in all digits
 
 type Arguments = tuple[Vector, Vector, Vector, float, tuple[float, ...]]  # N, L, V, the albedo and the shape parameters
-type Referee = Callable[[str, Vector, Vector, Vector, float, Sequence[float]], float]
+type Reference = Callable[[str, Vector, Vector, Vector, float, Sequence[float]], float]
 
 
 class Inputs(Protocol):
@@ -71,12 +71,12 @@ class Result:
 
 
 @dataclass(frozen=True)
-class Judge:
-    """Holds one home of the models against their formulas: `exact` in all digits, `quick` in 64-bit floats."""
+class AccuracyCheck:
+    """Compares one target with the formulas: `exact` in all digits, `quick` in 64-bit floats."""
 
-    home: str
-    exact: Referee
-    quick: Referee
+    target: str
+    exact: Reference
+    quick: Reference
 
     def records(
         self, model: str, names: Sequence[str], families: Mapping[str, Sequence[Inputs]], got: Iterator[tuple[float, float, float]]
@@ -106,19 +106,19 @@ class Judge:
                     corrected = replace(results[k], expected=truth(results[k].arguments))
                     screen_error = max(screen_error, abs(corrected.expected - results[k].expected) / corrected.allowed)
                     results[k] = corrected
-            identity = {"home": self.home, "model": model, "case": case}
+            identity = {"target": self.target, "model": model, "case": case}
             records.append(identity | _findings(names, results, truth) | {"screen_error": screen_error})
         return records
 
 
 def table(records: "Sequence[Record]") -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return columns and rows for people: one for each record, with its largest errors."""
-    columns = ("Model", "Case", "Home", "Inputs", "Relative", "Absolute", "As asked", "Due to input", "Sound")
+    columns = ("Model", "Case", "Target", "Inputs", "Relative", "Absolute", "As asked", "Due to input", "Sound")
     rows: list[tuple[str, ...]] = [
         (
             record["model"].replace("_", " "),  # so that a narrow terminal can break it
             record["case"],
-            record["home"],
+            record["target"],
             str(record["count"]),
             f"{float(record['relative_error']):.1e}",
             f"{float(record['absolute_error']):.1e}",

@@ -23,7 +23,16 @@ from true_diffuse.addon.measure import render
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.models import directional_albedo
 from true_diffuse.addon.nodes import chosen_lights
-from true_diffuse.scripts.studies.rough import EON, EVERY, PAPER, SPECULAR, SPECULAR_WAYS, WAYS, MeasuredModel, Way
+from true_diffuse.scripts.studies.rough import (
+    CONFIGURATIONS,
+    EON,
+    EVERY,
+    PAPER,
+    SPECULAR,
+    SPECULAR_CONFIGURATIONS,
+    Configuration,
+    MeasuredModel,
+)
 
 QUICK_MODELS = (PAPER, EON)
 FURNACE_MUS = (1.0, 0.5, 0.2, 0.05)
@@ -145,12 +154,12 @@ def sheet(mus: Sequence[float], rows: Sequence[Inputs], cell: int) -> Sheet:
     return Sheet(scene, subject, sun, columns, count, cell)
 
 
-def fed(measured: MeasuredModel, mode: str) -> bpy.types.Material:
+def fed(measured: MeasuredModel, quality: str) -> bpy.types.Material:
     """Return a material whose inputs come from the mesh's attributes: numbers that no socket's limits hold back.
 
     EEVEE reads 0 for an attribute that is not finite, so infinity and NaN are made in nodes: x (1 + HUGE^2), x being 1 and 0.
     """
-    material = measured.material(mode)
+    material = measured.material(quality)
     tree = material.node_tree
     for name in _inputs(measured):
         x, huge = tree.nodes.new("ShaderNodeAttribute"), tree.nodes.new("ShaderNodeAttribute")
@@ -201,28 +210,47 @@ def _turn(sun: bpy.types.Object, degrees: float) -> None:
 
 
 class Case(NamedTuple):
-    way: Way
+    configuration: Configuration
     measured: MeasuredModel
 
     @property
     def name(self) -> str:
-        return f"{self.way.engine.label}  {self.way.home}  {self.way.mode}  {self.measured.name}"
+        return f"{self.configuration.engine.label}  {self.configuration.target}  {self.configuration.quality}  {self.measured.name}"
 
     @property
     def record(self) -> Record:
-        return {"engine": self.way.engine.key, "home": self.way.home, "mode": self.way.mode, "model": self.measured.name}
+        return {
+            "engine": self.configuration.engine.key,
+            "target": self.configuration.target,
+            "quality": self.configuration.quality,
+            "model": self.measured.name,
+        }
 
 
-def _cases(used: Sequence[Engine], measured: Iterable[MeasuredModel], lamps_too: bool, ways: Iterable[Way] = WAYS) -> list[Case]:
-    chosen = [way for way in ways if way.engine in used and (lamps_too or way.mode != CHOSEN_LIGHTS)]
-    return [Case(way, each) for way in chosen for each in measured if not (way.osl and each.model and each.model.osl is None)]
+def _cases(
+    used: Sequence[Engine],
+    measured: Iterable[MeasuredModel],
+    chosen_lights_too: bool,
+    configurations: Iterable[Configuration] = CONFIGURATIONS,
+) -> list[Case]:
+    chosen = [
+        configuration
+        for configuration in configurations
+        if configuration.engine in used and (chosen_lights_too or configuration.quality != CHOSEN_LIGHTS)
+    ]
+    return [
+        Case(configuration, each)
+        for configuration in chosen
+        for each in measured
+        if not (configuration.osl and each.model and each.model.osl is None)
+    ]
 
 
 # Furnace
 
 
 def furnace(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield the share of a uniform world's light that each model, home and mode reflects, and what the formula says.
+    """Yield the share of a uniform world's light that each model, target and quality reflects, and what the formula says.
 
     EEVEE renders without ray tracing, and once more with it. Each picture is one unit of work to `progress`.
     """
@@ -230,10 +258,10 @@ def furnace(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator
     usual = [{**USUAL, "Roughness": (sigma,) * 3, "Color": (rho,) * 3} for sigma, rho in rows]
     bent, white = sheet(FURNACE_MUS, usual, FURNACE_CELL), uniform_world()
     for case, traced in _furnace_cases(used, quick):
-        samples = FURNACE_SAMPLES[case.way.engine.key]
-        bent.scene.cycles.shading_system = case.way.osl
+        samples = FURNACE_SAMPLES[case.configuration.engine.key]
+        bent.scene.cycles.shading_system = case.configuration.osl
         with progress.step(f"Furnace  {case.name}{'  ray tracing' if traced else ''}", 1.0):
-            cells = bent.cells(fed(case.measured, case.way.mode), case.way.engine, samples, white, traced)
+            cells = bent.cells(fed(case.measured, case.configuration.quality), case.configuration.engine, samples, white, traced)
         for index, (sigma, rho) in enumerate(rows):
             if not case.measured.is_rough and sigma != FURNACE_SIGMAS[0]:
                 continue
@@ -257,8 +285,8 @@ def furnace_work(used: Sequence[Engine], quick: bool) -> int:
 
 
 def _furnace_cases(used: Sequence[Engine], quick: bool) -> list[tuple[Case, bool]]:
-    plain = [(case, False) for case in _cases(used, QUICK_MODELS if quick else tuple(EVERY.values()), lamps_too=False)]
-    return plain + [(case, True) for case, _ in plain if case.way.engine is EEVEE and case.measured in QUICK_MODELS]
+    plain = [(case, False) for case in _cases(used, QUICK_MODELS if quick else tuple(EVERY.values()), chosen_lights_too=False)]
+    return plain + [(case, True) for case, _ in plain if case.configuration.engine is EEVEE and case.measured in QUICK_MODELS]
 
 
 @cache
@@ -271,11 +299,11 @@ def furnace_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tupl
     groups: dict[tuple[str, ...], list[Record]] = {}
     for record in records:
         if record["albedo"] == 1.0:
-            mode = f"{record['home']}, {record['mode']}{', ray tracing' if record['ray_tracing'] else ''}"
+            quality = f"{record['target']}, {record['quality']}{', ray tracing' if record['ray_tracing'] else ''}"
             sigma = "-" if record["sigma"] is None else f"{record['sigma']:g}"
-            groups.setdefault((record["engine"], mode, record["model"], sigma), []).append(record)
+            groups.setdefault((record["engine"], quality, record["model"], sigma), []).append(record)
     rows = [(*key, *(f"{one['rendered']:.3f} ({one['analytic']:.3f})" for one in group)) for key, group in groups.items()]
-    return ("Engine", "Home and mode", "Model", "Sigma", *(f"N.V {mu:g}" for mu in FURNACE_MUS)), rows
+    return ("Engine", "Target and quality", "Model", "Sigma", *(f"N.V {mu:g}" for mu in FURNACE_MUS)), rows
 
 
 # Leaks
@@ -341,31 +369,31 @@ def body(thickness: float | None) -> Body:
 def leak(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
     """Yield how much light from behind shows on closed bodies, as a share of what a Lambert surface that faces the light shows.
 
-    Where a mode has Subsurface closures, once with the material as `materials.create` makes it and once with EEVEE's own idea of
-    how thick the body is: `thickness` is whether the Material Output has one. Each home, mode, model and body is one unit of work
-    to `progress`.
+    Where a quality has Subsurface closures, once with the material as `materials.create` makes it and once with EEVEE's own idea of
+    how thick the body is: `thickness` is whether the Material Output has one. Each target, quality, model and body is one unit of
+    work to `progress`.
     """
     for thickness in (None, *SLABS):
         solid = body(thickness)
         chosen_lights.choose([solid.sun])
         for case in _leak_cases(used, quick):
-            solid.scene.cycles.shading_system = case.way.osl
-            material = case.measured.material(case.way.mode, Color=LEAK_COLOR, Roughness=LEAK_SIGMA)
+            solid.scene.cycles.shading_system = case.configuration.osl
+            material = case.measured.material(case.configuration.quality, Color=LEAK_COLOR, Roughness=LEAK_SIGMA)
             name = "sphere" if thickness is None else f"slab {1000.0 * thickness:g} mm"
             with progress.step(f"Leak  {case.name}  {name}", 1.0):
-                for wired in (True, False) if case.way.lobe_set in (PAIR, SIGNED) else (True,):
+                for wired in (True, False) if case.configuration.lobe_set in (PAIR, SIGNED) else (True,):
                     if not wired:
                         _unwire(material)
                     for degrees in LEAK_DEGREES:
                         for shadows in (False, True):
-                            share = solid.leak(material, case.way.engine, degrees, shadows)
+                            share = solid.leak(material, case.configuration.engine, degrees, shadows)
                             more = {"body": name, "light_degrees": degrees, "shadows": shadows, "thickness": wired, "leak": share}
                             yield {**case.record, **more}
         bpy.data.objects.remove(solid.subject)
 
 
 def _leak_cases(used: Sequence[Engine], quick: bool) -> list[Case]:
-    return _cases(used, QUICK_MODELS[:1] if quick else QUICK_MODELS, lamps_too=True)
+    return _cases(used, QUICK_MODELS[:1] if quick else QUICK_MODELS, chosen_lights_too=True)
 
 
 def _unwire(material: bpy.types.Material) -> None:
@@ -376,7 +404,7 @@ def _unwire(material: bpy.types.Material) -> None:
 
 
 def leak_work(used: Sequence[Engine], quick: bool) -> int:
-    """Return how many homes, modes, models and bodies `leak` goes through."""
+    """Return how many targets, qualities, models and bodies `leak` goes through."""
     return len(_leak_cases(used, quick)) * (1 + len(SLABS))
 
 
@@ -386,7 +414,7 @@ def leak_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[s
     groups: dict[tuple[str, ...], dict[tuple[str, bool], float]] = {}
     for record in records:
         thickness = "as made" if record["thickness"] else "EEVEE's"
-        row = groups.setdefault((record["engine"], f"{record['home']}, {record['mode']}", record["model"], thickness), {})
+        row = groups.setdefault((record["engine"], f"{record['target']}, {record['quality']}", record["model"], thickness), {})
         where = record["body"], record["shadows"]
         row[where] = max(row.get(where, 0.0), record["leak"])
     columns = [f"{name}{', shadows' if shadows else ''}" for name in bodies for shadows in (False, True)]
@@ -394,7 +422,7 @@ def leak_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[s
         (*key, *(f"{100.0 * row[name, shadows]:.2f} %" for name in bodies for shadows in (False, True)))
         for key, row in groups.items()
     ]
-    return ("Engine", "Home and mode", "Model", "Thickness", *columns), rows
+    return ("Engine", "Target and quality", "Model", "Thickness", *columns), rows
 
 
 # Extremes
@@ -411,7 +439,7 @@ def extreme_rows(measured: MeasuredModel) -> list[tuple[str, str, Inputs]]:
 def extremes(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
     """Yield the least and the greatest radiance that each odd input gives, over views, suns and a uniform world.
 
-    `finite` is whether all of it is finite and not negative. Each home, mode and model is one unit of work to `progress`.
+    `finite` is whether all of it is finite and not negative. Each target, quality and model is one unit of work to `progress`.
     """
     white = uniform_world()
     for cases in _extreme_cases(used, quick):
@@ -419,21 +447,21 @@ def extremes(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterato
         bent = sheet(EXTREME_MUS, [inputs for _, _, inputs in rows], EXTREME_CELL)
         chosen_lights.choose([bent.sun])
         for case in cases:
-            bent.scene.cycles.shading_system = case.way.osl
+            bent.scene.cycles.shading_system = case.configuration.osl
             with progress.step(f"Extremes  {case.name}", 1.0):
-                ranges = odd_inputs(bent, fed(case.measured, case.way.mode), case.way.engine, (*SUNS, white))
+                ranges = odd_inputs(bent, fed(case.measured, case.configuration.quality), case.configuration.engine, (*SUNS, white))
             for (name, words, _), (low, high, finite) in zip(rows, ranges, strict=True):
                 yield {**case.record, "input": name, "value": words, "minimum": low, "maximum": high, "finite": finite}
 
 
 def _extreme_cases(used: Sequence[Engine], quick: bool) -> list[list[Case]]:
     """Return the cases of each group."""
-    rough = _cases(used, QUICK_MODELS if quick else tuple(EVERY.values()), lamps_too=True)
-    return [rough, _cases(used, (SPECULAR,), lamps_too=True, ways=SPECULAR_WAYS)]
+    rough = _cases(used, QUICK_MODELS if quick else tuple(EVERY.values()), chosen_lights_too=True)
+    return [rough, _cases(used, (SPECULAR,), chosen_lights_too=True, configurations=SPECULAR_CONFIGURATIONS)]
 
 
 def extremes_work(used: Sequence[Engine], quick: bool) -> int:
-    """Return how many homes, modes and models `extremes` goes through."""
+    """Return how many targets, qualities and models `extremes` goes through."""
     return sum(map(len, _extreme_cases(used, quick)))
 
 
@@ -454,16 +482,17 @@ def odd_inputs(
 
 
 def extremes_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return columns and rows for people: a row for each input and value, the range over all models of each home and mode."""
-    ways = list(dict.fromkeys((record["engine"], record["home"], record["mode"]) for record in records))
+    """Return columns and rows for people: a row for each input and value, the range over all models of each target and quality."""
+    configurations = list(dict.fromkeys((record["engine"], record["target"], record["quality"]) for record in records))
     groups: dict[tuple[str, str], dict[tuple[str, ...], list[Record]]] = {}
     for record in records:
         row = groups.setdefault((record["input"], record["value"]), {})
-        row.setdefault((record["engine"], record["home"], record["mode"]), []).append(record)
+        row.setdefault((record["engine"], record["target"], record["quality"]), []).append(record)
     rows: list[tuple[str, ...]] = [
-        (*key, *(_range(row[way]) if way in row else "-" for way in ways)) for key, row in groups.items()
+        (*key, *(_range(row[configuration]) if configuration in row else "-" for configuration in configurations))
+        for key, row in groups.items()
     ]
-    columns: tuple[str, ...] = ("Input", "Value", *(", ".join(way) for way in ways))
+    columns: tuple[str, ...] = ("Input", "Value", *(", ".join(configuration) for configuration in configurations))
     return columns, rows
 
 

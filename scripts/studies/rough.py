@@ -55,10 +55,10 @@ class MeasuredModel:
         """Return its formula, of that roughness if it has one; else of the group's usual inputs."""
         return self.model.reference({"Roughness": roughness, "IOR": IOR.usual}) if self.model else Specular()
 
-    def material(self, mode: str, **inputs: materials.Setting) -> bpy.types.Material:
-        """Return a new material of it in a `mode`, its other sockets set to `inputs`."""
+    def material(self, quality: str, **inputs: materials.Setting) -> bpy.types.Material:
+        """Return a new material of it in a `quality`, its other sockets set to `inputs`."""
         model = {"Model": self.model.label} if self.model else {}
-        return materials.create(f"{self.name} {mode}", self.group, Quality=mode, **model, **inputs)
+        return materials.create(f"{self.name} {quality}", self.group, Quality=quality, **model, **inputs)
 
 
 EVERY = {model.id: MeasuredModel(model) for model in MODELS.values()}
@@ -68,72 +68,78 @@ SPECULAR = MeasuredModel(None)
 
 
 @dataclass(frozen=True)
-class Way:
-    """One way to render a model; `lobe_set` names its lobes, from which the lobe error follows; OSL's is measured.
+class Configuration:
+    """How to render a model; `lobe_set` names its lobes, from which the lobe error follows; OSL's is measured.
 
-    `in_shadow`: the mode Lamps follows another sun, too, from above, of which there is nothing but shadow.
+    `in_shadow`: the quality for chosen lights follows another sun, too, from above, whose light is all in shadow.
     """
 
-    home: str
+    target: str
     engine: Engine
-    mode: str
+    quality: str
     lobe_set: str | None
     osl: bool = False
     in_shadow: bool = False
 
     @property
     def name(self) -> str:
-        return f"{self.mode}, another in shadow" if self.in_shadow else self.mode
+        return f"{self.quality}, another in shadow" if self.in_shadow else self.quality
 
 
-WAYS = (
-    Way("nodes", EEVEE, FAST, SINGLE),
-    Way("nodes", EEVEE, BALANCED, PAIR),
-    Way("nodes", EEVEE, PRECISE, SIGNED),
-    Way("nodes", EEVEE, CHOSEN_LIGHTS, None),
-    Way("nodes", CYCLES, BALANCED, CYCLES_LOBES),
-    Way("nodes", CYCLES, CHOSEN_LIGHTS, None),
-    Way("osl", CYCLES, BALANCED, None, osl=True),
+CONFIGURATIONS = (
+    Configuration("nodes", EEVEE, FAST, SINGLE),
+    Configuration("nodes", EEVEE, BALANCED, PAIR),
+    Configuration("nodes", EEVEE, PRECISE, SIGNED),
+    Configuration("nodes", EEVEE, CHOSEN_LIGHTS, None),
+    Configuration("nodes", CYCLES, BALANCED, CYCLES_LOBES),
+    Configuration("nodes", CYCLES, CHOSEN_LIGHTS, None),
+    Configuration("osl", CYCLES, BALANCED, None, osl=True),
 )
-SPECULAR_WAYS = tuple(Way("nodes", engine, mode, None) for engine in (EEVEE, CYCLES) for mode in (BALANCED, CHOSEN_LIGHTS))
-IN_SHADOW = Way("nodes", CYCLES, CHOSEN_LIGHTS, None, in_shadow=True)
+SPECULAR_CONFIGURATIONS = tuple(
+    Configuration("nodes", engine, quality, None) for engine in (EEVEE, CYCLES) for quality in (BALANCED, CHOSEN_LIGHTS)
+)
+IN_SHADOW = Configuration("nodes", CYCLES, CHOSEN_LIGHTS, None, in_shadow=True)
 
 
 @dataclass(frozen=True)
 class Case:
     """A model of some roughness, rendered some way; `shown` is what stands in for it where that is another model."""
 
-    way: Way
+    configuration: Configuration
     measured: MeasuredModel
     sigma: float
     shown: MeasuredModel | None = None
 
     @property
     def name(self) -> str:
-        mode = f"{self.shown.name} instead" if self.shown else self.way.name
+        quality = f"{self.shown.name} instead" if self.shown else self.configuration.name
         roughness = f"  {self.sigma:g}" if self.measured.is_rough else ""
-        return f"{self.way.engine.label}  {self.way.home}  {mode}  {self.measured.name}{roughness}"
+        return f"{self.configuration.engine.label}  {self.configuration.target}  {quality}  {self.measured.name}{roughness}"
 
 
 def cases(used: Sequence[Engine], quick: bool) -> list[Case]:
     """Return what to measure with the engines `used`: the paper's model first, as Lambert too, then the others, then specular."""
     result = []
-    ways = [way for way in WAYS if compiles_osl() or not way.osl]
+    configurations = [configuration for configuration in CONFIGURATIONS if compiles_osl() or not configuration.osl]
     for engine in used:
-        plain = Way("nodes", engine, BALANCED, None)
+        plain = Configuration("nodes", engine, BALANCED, None)
         result += [Case(plain, PAPER, sigma, LAMBERT) for sigma in (QUICK_SIGMAS if quick else SIGMAS)]
-        for way in ways:
-            if way.engine is engine:
-                result += [Case(way, PAPER, sigma) for sigma in (QUICK_SIGMAS if quick else SIGMAS)]
+        for configuration in configurations:
+            if configuration.engine is engine:
+                result += [Case(configuration, PAPER, sigma) for sigma in (QUICK_SIGMAS if quick else SIGMAS)]
         if engine is IN_SHADOW.engine and not quick:
             result += [Case(IN_SHADOW, PAPER, sigma) for sigma in SIGMAS]
         for measured in () if quick else OTHERS:
             sigmas = OTHER_SIGMAS if measured.is_rough else OTHER_SIGMAS[:1]
-            for way in ways:
-                if way.engine is engine and not (way.osl and measured.model and measured.model.osl is None):
-                    result += [Case(way, measured, sigma) for sigma in sigmas]
+            for configuration in configurations:
+                if configuration.engine is engine and not (configuration.osl and measured.model and measured.model.osl is None):
+                    result += [Case(configuration, measured, sigma) for sigma in sigmas]
         if not quick:
-            result += [Case(way, SPECULAR, 0.0) for way in (*SPECULAR_WAYS, IN_SHADOW) if way.engine is engine]
+            result += [
+                Case(configuration, SPECULAR, 0.0)
+                for configuration in (*SPECULAR_CONFIGURATIONS, IN_SHADOW)
+                if configuration.engine is engine
+            ]
     return result
 
 
@@ -147,20 +153,20 @@ def rough(sphere: SphereUnderSun, used: Sequence[Engine], samples: int, quick: b
     every = cases(used, quick)
     measured = _osl_lobe_errors(every, progress)
     for case in every:
-        way, model = case.way, case.measured.formula(case.sigma)
-        chosen_lights.choose([sphere.sun, other] if way.in_shadow else [sphere.sun])
-        sphere.scene.cycles.shading_system = way.osl
-        rendered = Lambert() if case.shown else Rendered(model, way.lobe_set) if way.lobe_set else None
+        configuration, model = case.configuration, case.measured.formula(case.sigma)
+        chosen_lights.choose([sphere.sun, other] if configuration.in_shadow else [sphere.sun])
+        sphere.scene.cycles.shading_system = configuration.osl
+        rendered = Lambert() if case.shown else Rendered(model, configuration.lobe_set) if configuration.lobe_set else None
         error_of_lobes = lobe_error(rendered, model) if rendered else measured.get(case)
         shown = case.shown or case.measured
-        material = shown.material(way.mode, Color=COLOR, **({"Roughness": case.sigma} if shown.is_rough else {}))
+        material = shown.material(configuration.quality, Color=COLOR, **({"Roughness": case.sigma} if shown.is_rough else {}))
         for angle in _degrees(quick):
             with progress.step(f"{case.name}  {angle:g} degrees", 1.0):
-                seconds, (errors,) = sphere.measure(material, (model,), way.engine, samples, angle)
+                seconds, (errors,) = sphere.measure(material, (model,), configuration.engine, samples, angle)
             yield {
-                "home": way.home,
-                "engine": way.engine.key,
-                "mode": "plain Lambert" if case.shown else way.name,
+                "target": configuration.target,
+                "engine": configuration.engine.key,
+                "quality": "plain Lambert" if case.shown else configuration.name,
                 "model": case.measured.name,
                 "sigma": case.sigma if case.measured.is_rough else None,
                 "light_degrees": angle,
@@ -174,12 +180,12 @@ def rough(sphere: SphereUnderSun, used: Sequence[Engine], samples: int, quick: b
 def rough_work(used: Sequence[Engine], quick: bool) -> float:
     """Return how many units of work `rough` has: one for each record, and OSL's lobe errors."""
     every = cases(used, quick)
-    return len(every) * len(_degrees(quick)) + OSL_WORK * any(case.way.osl for case in every)
+    return len(every) * len(_degrees(quick)) + OSL_WORK * any(case.configuration.osl for case in every)
 
 
 def _osl_lobe_errors(every: Sequence[Case], progress: Progress) -> dict[Case, float]:
     """Return the lobe errors of those cases that OSL renders."""
-    chosen = {case: case.measured.model.id for case in every if case.way.osl and case.measured.model}
+    chosen = {case: case.measured.model.id for case in every if case.configuration.osl and case.measured.model}
     if not chosen:
         return {}
     with progress.step("Cycles  osl  lobe errors", OSL_WORK):
@@ -188,18 +194,18 @@ def _osl_lobe_errors(every: Sequence[Case], progress: Progress) -> dict[Case, fl
 
 
 def between_engines(sphere: SphereUnderSun, progress: Progress) -> Iterator[Record]:
-    """Yield a record for each mode of EEVEE and sigma: its RMS difference from Cycles under three lights, a sky, and both.
+    """Yield a record for each quality of EEVEE and sigma: its RMS difference from Cycles under three lights, a sky, and both.
 
     Cycles renders the same material without OSL. Each record is one unit of work to `progress`.
     """
     lights, world = three_lights(), sky(*SKY)
-    for measured, mode, sigma in _pairs():
-        material = measured.material(mode, Color=COLOR, Roughness=sigma)
+    for measured, quality, sigma in _pairs():
+        material = measured.material(quality, Color=COLOR, Roughness=sigma)
         for name, used, background in (("lights", lights, None), ("sky", (), world), ("lights and sky", lights, world)):
-            with progress.step(f"EEVEE and Cycles  {name}  {mode}  {measured.name}  {sigma:g}", 1.0):
+            with progress.step(f"EEVEE and Cycles  {name}  {quality}  {measured.name}  {sigma:g}", 1.0):
                 seconds, difference = sphere.between_engines(material, used, background, ENGINES_SAMPLES)
             yield {
-                "mode": mode,
+                "quality": quality,
                 "model": measured.name,
                 "sigma": sigma if measured.is_rough else None,
                 "light": name,
@@ -216,8 +222,8 @@ def between_engines_work() -> int:
 
 def _pairs() -> list[tuple[MeasuredModel, str, float]]:
     pairs = [(LAMBERT, BALANCED, 0.0)]
-    for mode in (FAST, BALANCED, PRECISE):
-        pairs += [(PAPER, mode, sigma) for sigma in SIGMAS] + [(EVERY["cycles_diffuse"], mode, 0.33)]
+    for quality in (FAST, BALANCED, PRECISE):
+        pairs += [(PAPER, quality, sigma) for sigma in SIGMAS] + [(EVERY["cycles_diffuse"], quality, 0.33)]
     return pairs
 
 
@@ -231,14 +237,14 @@ def rough_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[
     columns = ("Way", "Model", "Sigma", "Lobes", *(f"{angle:g}\u00b0" for angle in angles), "s")
     groups: dict[tuple[Any, ...], list[Record]] = {}
     for record in records:
-        way = f"{record['engine']} {record['home'] if record['home'] == 'osl' else record['mode']}"
-        key = (way, record["model"], record["sigma"])
+        configuration = f"{record['engine']} {record['target'] if record['target'] == 'osl' else record['quality']}"
+        key = (configuration, record["model"], record["sigma"])
         groups.setdefault(key, []).append(record)
     rows: list[tuple[str, ...]] = []
-    for (way, model, sigma), group in groups.items():
+    for (configuration, model, sigma), group in groups.items():
         errors = (_percent(record["rms_error"]) for record in group)
         seconds = f"{median(record['render_seconds'] for record in group):.2f}"
-        rows.append((way, model, _sigma(sigma), _percent(group[0]["lobe_error"]), *errors, seconds))
+        rows.append((configuration, model, _sigma(sigma), _percent(group[0]["lobe_error"]), *errors, seconds))
     return columns, rows
 
 
@@ -247,10 +253,10 @@ def between_engines_table(records: Sequence[Record]) -> tuple[tuple[str, ...], l
     lights = list(dict.fromkeys(record["light"] for record in records))
     groups: dict[tuple[Any, ...], list[Record]] = {}
     for record in records:
-        groups.setdefault((record["mode"], record["model"], record["sigma"]), []).append(record)
+        groups.setdefault((record["quality"], record["model"], record["sigma"]), []).append(record)
     rows: list[tuple[str, ...]] = [
-        (mode, model, _sigma(sigma), *(_percent(record["rms_difference"]) for record in group))
-        for (mode, model, sigma), group in groups.items()
+        (quality, model, _sigma(sigma), *(_percent(record["rms_difference"]) for record in group))
+        for (quality, model, sigma), group in groups.items()
     ]
     return ("Quality", "Model", "Sigma", *lights), rows
 

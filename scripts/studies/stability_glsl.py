@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.models import MODELS, ReflectanceModel
 from true_diffuse.addon.models.vector import Vector, add, dot, from_polar, normalize, scale
-from true_diffuse.scripts.studies.float32_accuracy import Arguments, Judge, Referee, anywhere, single, single_vector
+from true_diffuse.scripts.studies.float32_accuracy import AccuracyCheck, Arguments, Reference, anywhere, single, single_vector
 from true_diffuse.scripts.studies.glsl_values import evaluate
 
 COUNT = 100_000
@@ -82,20 +82,20 @@ class Inputs:
         return ((*self.n, self.albedo), (*self.l, *self.parameters[:1]), (*self.v, *self.parameters[1:]))
 
 
-def stability(exact: Referee, quick: Referee, count: int, progress: Progress) -> Iterator[Record]:
+def stability(exact: Reference, quick: Reference, count: int, progress: Progress) -> Iterator[Record]:
     """Yield a record for each model and family of cases: its worst input, and how many inputs do as asked.
 
     `exact` gives a formula's value in all digits, `quick` in 64-bit floats. There are `count` random inputs of each model. Each
     model is one unit of work to `progress`.
     """
-    judge, dice = Judge("glsl", exact, quick), random.Random(1)
+    check, dice = AccuracyCheck("glsl", exact, quick), random.Random(1)
     directions = [_lit(dice) for _ in range(count)]
     for shader in DRAWN:
         with progress.step(f"GLSL  {shader.model}", 1.0):
             families = {"random": _random(shader, directions), **_adversarial(shader)}
             rows = [inputs.row() for family in families.values() for inputs in family]
             got = iter(evaluate(shader.model, shader.call(), rows))
-            records = judge.records(shader.model, [parameter.name for parameter in shader.parameters], families, got)
+            records = check.records(shader.model, [parameter.name for parameter in shader.parameters], families, got)
         yield from records
 
 

@@ -14,21 +14,21 @@ from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.models import MODELS
 from true_diffuse.addon.models.registry import Osl
 from true_diffuse.addon.models.vector import Vector, add, dot, normalize, scale
-from true_diffuse.scripts.studies.float32_accuracy import Judge, Referee, anywhere, single, single_vector
+from true_diffuse.scripts.studies.float32_accuracy import AccuracyCheck, Reference, anywhere, single, single_vector
 from true_diffuse.scripts.studies.osl_values import EXACT, VIEWER, Inputs, Sun, drawn, evaluate, suns
 
 COUNT, SUNS = 100_000, 12
 RENDER_WORK = 8  # as long as so many models take
 
 
-def stability(exact: Referee, quick: Referee, count: int, progress: Progress) -> Iterator[Record]:
+def stability(exact: Reference, quick: Reference, count: int, progress: Progress) -> Iterator[Record]:
     """Yield a record for each model and family of cases: its worst input, and how many inputs do as asked.
 
     `exact` gives a formula's value in all digits, `quick` in 64-bit floats. All random inputs are of models that are exact, `count`
     of each, and of those whose error is that of one ramp, as Wolff's; the other families are of all models, of which those that are
     not exact are only asked to be sound. The work is `work` to `progress`.
     """
-    judge = Judge("osl", exact, quick)
+    check = AccuracyCheck("osl", exact, quick)
     with progress.step("OSL", RENDER_WORK):
         families = _cases(count)
         got = iter(evaluate([one for family in families.values() for one in family]))
@@ -37,7 +37,7 @@ def stability(exact: Referee, quick: Referee, count: int, progress: Progress) ->
         names = [parameter.name] if parameter else []
         with progress.step(f"OSL  {model}", 1.0):
             own = {case: family for (of, case), family in families.items() if of == model}
-            records = judge.records(model, names, own, got)
+            records = check.records(model, names, own, got)
         yield from records
 
 

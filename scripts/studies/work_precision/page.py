@@ -228,7 +228,7 @@ def _stability(found: Sequence[Record], shaders: Sequence[Record]) -> list[str]:
     if shaders:
         body = (
             (
-                *(escape(str(one[k])) for k in ("home", "model", "case")),
+                *(escape(str(one[k])) for k in ("target", "model", "case")),
                 str(one["count"]),
                 *(f"{float(one[k]):.1e}" for k in ("relative_error", "absolute_error")),
                 f"{100.0 * one['share_within']:.3f} %",

@@ -99,5 +99,5 @@ def _json(value: float | str) -> float | str:
 
 def shaders(found: Sequence[Record]) -> list[Record]:
     """Return the findings of the GLSL and OSL studies as they stand in a report: the largest error of each model and case."""
-    names = ("home", "model", "case", "count", "relative_error", "absolute_error", "share_within", "finite")
+    names = ("target", "model", "case", "count", "relative_error", "absolute_error", "share_within", "finite")
     return [{name: one[name] for name in names} for one in found]
