@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -19,9 +20,10 @@ import pytest
 from true_diffuse.addon import glTF2ExportUserExtension, models, usd
 from true_diffuse.addon.blender import report
 from true_diffuse.addon.material import materials, presets
-from true_diffuse.addon.material.read import group_node, identifier, plain
+from true_diffuse.addon.material.read import Names, group_node, identifier, plain, read
 from true_diffuse.addon.models import MODELS
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
+from true_diffuse.addon.nodes.graph import Graph, Value
 from true_diffuse.addon.nodes.rough_diffuse import QUALITIES
 from true_diffuse.addon.usd import materialx, nearest
 
@@ -143,7 +145,7 @@ def nearest_text(model: str) -> str:
     return f"{model} is no model of MaterialX: {nearest.Nearest(model, INPUTS).stands_in} stands for it"
 
 
-def test_others_find_no_fault_and_generate_shaders(tmp_path: Path) -> None:
+def test_validators_find_no_problem_and_generators_make_shaders(tmp_path: Path) -> None:
     made = [rough(model.label, sigma) for key, model in MODELS.items() for sigma in (SIGMAS if key in EXACT else SIGMAS[:1])]
     show(*made)
     show(materials.create("Coated", SUBSURFACE, Subsurface=0.6))
@@ -235,16 +237,16 @@ def test_subsurface_network(tmp_path: Path) -> None:
     assert ((preview["ior"] - 1.0) / (preview["ior"] + 1.0)) ** 2 == pytest.approx(0.5 * 0.04)
 
 
-def test_mean_free_path_is_in_the_stages_units(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("units", "meters_per_unit"), [("METERS", 1.0), ("CENTIMETERS", 0.01)])
+@pytest.mark.parametrize("scale_length", [1.0, 0.01])
+def test_subsurface_radius_is_in_the_stages_units(units: str, meters_per_unit: float, scale_length: float, tmp_path: Path) -> None:
     show(materials.create("Skin", SUBSURFACE, Scale=2.0, **{"Subsurface Radius": (1.5, 1.0, 0.5)}))
-    for units, meters_per_unit in (("METERS", 1.0), ("CENTIMETERS", 0.01)):
-        for scale_length in (1.0, 0.01):
-            bpy.context.scene.unit_settings.scale_length = scale_length
-            seen = inspect(export(tmp_path / "one.usda", convert_scene_units=units))
-            assert seen["metersPerUnit"] == meters_per_unit
-            # Blender writes lengths in its own units, and where the stage has smaller ones a scale on the root
-            lengths = [0.001 * mm / scale_length / meters_per_unit for mm in (3.0, 2.0, 1.0)]
-            assert seen["materials"]["Skin"]["shaders"]["MaterialX_subsurface"]["radius"] == pytest.approx(lengths)
+    bpy.context.scene.unit_settings.scale_length = scale_length
+    seen = inspect(export(tmp_path / "one.usda", convert_scene_units=units))
+    assert seen["metersPerUnit"] == meters_per_unit
+    # Blender writes lengths in its own units, and where the stage has smaller ones a scale on the root
+    lengths = [0.001 * mm / scale_length / meters_per_unit for mm in (3.0, 2.0, 1.0)]
+    assert seen["materials"]["Skin"]["shaders"]["MaterialX_subsurface"]["radius"] == pytest.approx(lengths)
 
 
 def single(draw: random.Random, low: float, high: float) -> float:
@@ -283,7 +285,7 @@ def test_round_trip_is_equal(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("suffix", ["usda", "usdz"])
-def test_textures_are_carried_and_come_back(suffix: str, tmp_path: Path) -> None:
+def test_textures_are_written_and_read(suffix: str, tmp_path: Path) -> None:
     material = rough("Fujii", 0.4)
     node = link_image(material, "Color", picture(tmp_path / "in.png"))
     node.extension = "MIRROR"
@@ -322,7 +324,7 @@ def test_textures_are_carried_and_come_back(suffix: str, tmp_path: Path) -> None
     assert painted.image.colorspace_settings.name == "sRGB" and sigma.image.colorspace_settings.name == "Non-Color"
 
 
-def test_color_attribute_is_carried_and_comes_back(tmp_path: Path) -> None:
+def test_color_attribute_is_written_and_read(tmp_path: Path) -> None:
     material = rough("EON")
     materials.paint(material, group_node(material)[0].inputs["Color"], "my color", 0.7)
     show(material).data.color_attributes.new("my color", "FLOAT_COLOR", "POINT")
@@ -386,16 +388,15 @@ def test_other_materials_and_other_hooks_are_left_alone(tmp_path: Path) -> None:
     assert set(seen["EON_0_4"]["shaders"]) == ours | {"Theirs"}  # not what Blender makes of the group
 
 
-def test_the_surface_of_any_engine_counts(tmp_path: Path) -> None:
-    for target in ("ALL", "EEVEE", "CYCLES"):
-        material = materials.create(target, ROUGH_DIFFUSE)
-        material.node_tree.get_output_node("ALL").target = target
-        show(material)
-    seen = inspect(export(tmp_path / "one.usda"))["materials"]
-    assert [material["group"] for material in seen.values()] == ["rough_diffuse"] * 3
+@pytest.mark.parametrize("target", ["ALL", "EEVEE", "CYCLES"])
+def test_surface_of_any_engine_is_written(target: str, tmp_path: Path) -> None:
+    material = materials.create("Clay", ROUGH_DIFFUSE)
+    material.node_tree.get_output_node("ALL").target = target
+    show(material)
+    assert inspect(export(tmp_path / "one.usda"))["materials"]["Clay"]["group"] == "rough_diffuse"
 
 
-def test_names_that_usd_refuses_or_confuses(tmp_path: Path) -> None:
+def test_names_that_usd_changes_or_makes_equal(tmp_path: Path) -> None:
     names = ["a b", "a.b", "1 chalk", "Ölfarbe", "/x", "a_b"]
     made = [materials.create(name, group) for name, group in zip(names, (*GROUPS, *GROUPS), strict=True)]
     for material in made:
@@ -410,7 +411,7 @@ def test_names_that_usd_refuses_or_confuses(tmp_path: Path) -> None:
     assert check(tmp_path / "names.usda")[0]["problems"] == []
 
 
-def test_two_names_on_one_mesh_are_said(tmp_path: Path) -> None:
+def test_materials_of_equal_names_on_one_mesh_are_reported(tmp_path: Path) -> None:
     show(materials.create("a b", ROUGH_DIFFUSE), materials.create("a.b", SUBSURFACE))
     export(tmp_path / "names.usda")
     assert [line for line in report.take() if "has the same name as" in line]
@@ -426,9 +427,9 @@ def test_missing_texture_and_broken_link(tmp_path: Path) -> None:
     link_image(empty, "Color", None)
     cut = rough("Lambert")
     cut.node_tree.links.remove(cut.node_tree.get_output_node("ALL").inputs["Surface"].links[0])
-    lost = rough("Fujii")
-    group_node(lost)[0].node_tree = None
-    for item in (material, empty, cut, lost):
+    without_group = rough("Fujii")
+    group_node(without_group)[0].node_tree = None
+    for item in (material, empty, cut, without_group):
         show(item)
     seen = inspect(export(tmp_path / "bad.usda"))["materials"]
     assert seen["EON_0_4"]["shaders"]["MaterialX_diffuse"]["color"] == pytest.approx(COLOR[:3])
@@ -448,7 +449,7 @@ def test_five_hundred_materials(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", [RuntimeError, KeyError, "USD"])
-def test_a_failure_leaves_the_export_and_says_so(kind: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failure_is_reported_and_the_export_goes_on(kind: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_arguments: object) -> None:
         if kind == "USD":
             from pxr import Usd, UsdShade
@@ -464,19 +465,88 @@ def test_a_failure_leaves_the_export_and_says_so(kind: object, tmp_path: Path, m
     assert line.startswith("True Diffuse: EON 0.4: is left as Blender has it") and "\n" not in line
 
 
-def test_import_of_spoilt_custom_data(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("changes", "messages"),
+    [
+        (
+            {'string Model = "EON"': 'string Model = "NOE"', "double IOR": "double Iron"},
+            ["Model: 'NOE' is not a valid value", "Iron: the group has no such input"],
+        ),
+        ({"double Roughness = 0.4": 'string Roughness = "much"'}, ["Roughness: 'much' is not a valid value"]),
+        ({"int version =": "int verse ="}, ["is left as Blender has it: 'version'"]),
+        (
+            {'string group = "rough_diffuse"': 'string group = "other"'},
+            ["the group other is unknown, the material is as USD has it"],
+        ),
+    ],
+    ids=["inputs", "value", "version", "group"],
+)
+def test_import_of_damaged_custom_data(changes: dict[str, str], messages: list[str], tmp_path: Path) -> None:
     show(rough("EON"))
     path = export(tmp_path / "one.usda")
     text = path.read_text()
-    path.write_text(text.replace('string Model = "EON"', 'string Model = "NOE"').replace("double IOR", "double Iron"))
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    path.write_text(text)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     assert bpy.ops.wm.usd_import(filepath=str(path)) == {"FINISHED"}
-    assert values(bpy.data.materials[0])["Color"] == COLOR
-    assert len(report.take()) == 2
-    path.write_text(text.replace("double Roughness = 0.4", 'string Roughness = "much"').replace("int version = 1", ""))
+    assert sorted(report.take()) == sorted(f"True Diffuse: EON_0_4: {message}" for message in messages)
+    if group_node(bpy.data.materials[0]):
+        assert values(bpy.data.materials[0])["Color"] == COLOR
+
+
+def test_unknown_wrap_mode_is_reported(tmp_path: Path) -> None:
+    material = rough("EON")
+    link_image(material, "Color", picture(tmp_path / "in.png"))
+    show(material)
+    path = export(tmp_path / "one.usda")
+    path.write_text(path.read_text().replace('string wrap = "periodic"', 'string wrap = "helical"'))
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    assert bpy.ops.wm.usd_import(filepath=str(path)) == {"FINISHED"}
-    assert len(report.take()) == 1
+    bpy.ops.wm.usd_import(filepath=str(path))
+    assert report.take() == ["True Diffuse: EON_0_4: Color: the wrap mode 'helical' is unknown, the image is repeated"]
+
+
+def test_older_groups_are_read_by_the_names_of_this_version() -> None:
+    old_names = {"Subsurface Radius": "Mean Free Path"}
+    sockets = tuple(
+        replace(socket, name=old_names.get(socket.name, socket.name))
+        for socket in SUBSURFACE.inputs
+        if socket.kind != "NodeSocketMenu"
+    )
+
+    def build(graph: Graph) -> dict[str, Value]:
+        return {"BSDF": graph.diffuse((1.0, 1.0, 1.0, 1.0), graph.geometry("Normal"))}
+
+    old = replace(SUBSURFACE, version=1, inputs=sockets, build=build)
+    material = materials.create("Skin", old, **{"Mean Free Path": (1.5, 1.0, 0.5)})
+    surface = read(*group_node(material), Names(str, str))
+    assert surface.rgb("Subsurface Radius") == (1.5, 1.0, 0.5) and "Mean Free Path" not in surface.inputs
+
+
+def export_gltf(path: Path) -> dict:
+    """Return the JSON of a binary glTF file that Blender's exporter writes with the extension among its add-ons."""
+    addon = bpy.context.preferences.addons.new()
+    addon.module = "true_diffuse"
+    try:
+        assert sys.modules["true_diffuse"].glTF2ExportUserExtension is glTF2ExportUserExtension
+        bpy.ops.export_scene.gltf(filepath=str(path))
+    finally:
+        bpy.context.preferences.addons.remove(addon)
+    data = path.read_bytes()
+    return json.loads(data[20 : 20 + struct.unpack("<I", data[12:16])[0]])
+
+
+def test_gltf_reports_unsupported_links(tmp_path: Path) -> None:
+    material = rough("EON")
+    materials.paint(material, group_node(material)[0].inputs["Color"], "my color", 0.7)
+    link_image(material, "Roughness", picture(tmp_path / "sigma.png", "sigma"))
+    show(material)
+    export_gltf(tmp_path / "one.glb")
+    assert sorted(report.take()) == [
+        "True Diffuse: EON 0.4: Color: the color attribute my_color is not supported, the socket's own value is written",
+        "True Diffuse: EON 0.4: Roughness: the image sigma is not supported, the socket's own value is written",
+    ]
 
 
 def test_gltf_has_color_and_roughness(tmp_path: Path) -> None:
@@ -487,15 +557,7 @@ def test_gltf_has_color_and_roughness(tmp_path: Path) -> None:
     link_image(painted, "Color", picture(tmp_path / "in.png"))
     show(painted)
     bpy.data.materials.new("Other")
-    addon = bpy.context.preferences.addons.new()
-    addon.module = "true_diffuse"  # the exporter looks for us among the add-ons
-    try:
-        assert sys.modules["true_diffuse"].glTF2ExportUserExtension is glTF2ExportUserExtension
-        bpy.ops.export_scene.gltf(filepath=str(tmp_path / "all.glb"))
-    finally:
-        bpy.context.preferences.addons.remove(addon)
-    data = (tmp_path / "all.glb").read_bytes()
-    document = json.loads(data[20 : 20 + struct.unpack("<I", data[12:16])[0]])
+    document = export_gltf(tmp_path / "all.glb")
     seen = {material["name"]: material for material in document["materials"]}
     base = seen["Oren-Nayar 0.4"]["pbrMetallicRoughness"]
     expected = [average(models.OrenNayar(0.4), rho) for rho in COLOR[:3]]
@@ -531,7 +593,7 @@ def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, env=os.environ)
 
 
-def test_script(tmp_path: Path) -> None:
+def test_script_writes_a_built_scene(tmp_path: Path) -> None:
     result = run("--scene", "five", "--character", "monkey", "--out", "new/five.usda", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     assert "Wrote" in result.stdout and "100%" in result.stdout.replace(" %", "%")
@@ -539,13 +601,15 @@ def test_script(tmp_path: Path) -> None:
     assert sum(material["group"] is not None for material in seen.values()) == 5
     assert check(tmp_path / "new" / "five.usda")[0]["problems"] == []
 
+
+def test_script_writes_a_material_of_a_file_also_over_an_older_result(tmp_path: Path) -> None:
     show(materials.create("Chalk", ROUGH_DIFFUSE))
     show(rough("EON"))
     painted = materials.create("Skin", SUBSURFACE)
     link_image(painted, "Color", picture(tmp_path / "in.png"))
     show(painted)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "own.blend"), copy=True)
-    for _ in range(2):  # the second time over what is there
+    for _ in range(2):
         result = run("--scene", "own.blend", "--material", "Skin", "--out", "skin.usdc", cwd=tmp_path)
         assert result.returncode == 0, result.stderr
         assert set(inspect(tmp_path / "skin.usdc")["materials"]) == {"Skin"}
