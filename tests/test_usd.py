@@ -208,10 +208,10 @@ def test_models_that_materialx_has_keep_their_color(model: str, tmp_path: Path) 
 
 @every_model
 @pytest.mark.parametrize("roughness", [-1.0, 0.0, 0.5, 1.5, math.inf, math.nan])
-@pytest.mark.parametrize("rho", [-1.0, 0.0, 0.5, 1.0, 2.0, math.nan])
-def test_colors_stay_in_range_for_any_input(model: models.ReflectanceModel, roughness: float, rho: float) -> None:
+def test_colors_stay_in_range_for_any_input(model: models.ReflectanceModel, roughness: float) -> None:
     closure = nearest.Nearest(model.label, {"Roughness": roughness, "IOR": 1.5})
-    assert 0.0 <= closure.color(rho) <= 1.0 + 1e-9 and 0.0 <= closure.albedo(rho) <= 1.02
+    values = (-1.0, 0.0, 0.5, 1.0, 2.0, math.nan)
+    assert all(0.0 <= closure.color(rho) <= 1.0 + 1e-9 and 0.0 <= closure.albedo(rho) <= 1.02 for rho in values)
 
 
 def test_unregistered_model_raises() -> None:
