@@ -98,10 +98,8 @@ def test_measured_error_is_that_of_the_formulas(engine: Engine) -> None:
 
 
 @pytest.mark.render
-@pytest.mark.usefixtures("registered")
-def test_realtime_is_measured(eevee_runs_here: bool) -> None:
-    if not eevee_runs_here:
-        pytest.skip("Realtime finds no graphics driver here")
+@pytest.mark.usefixtures("driver", "registered")
+def test_realtime_is_measured() -> None:
     scene = bpy.context.scene
     scene.render.engine, scene.cycles.shading_system = REALTIME.identifier, True
     result = measurement.measure(materials.create("Clay", ROUGH_DIFFUSE, Color=COLOR, Roughness=SIGMA), scene, Steps())
