@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What several test files need: the registered reflectance models with usual inputs, and a layout to draw panels into."""
+"""What several test files need: models with usual inputs, a progress that counts, a layout to draw panels into."""
 
+from contextlib import AbstractContextManager, nullcontext
 from types import SimpleNamespace
 from typing import Any
 
@@ -19,6 +20,20 @@ every_model = pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
 def formulas() -> list[Formula]:
     """Every registered formula, with usual and with extreme inputs."""
     return [model.reference(inputs) for model in MODELS.values() for inputs in (USUAL, EXTREME)]
+
+
+class CountedProgress:
+    """A `Progress` that adds up the work of all steps."""
+
+    def __init__(self) -> None:
+        self.work = 0.0
+
+    def step(self, text: str, work: float) -> AbstractContextManager[None]:
+        self.work += work
+        return nullcontext()
+
+    def within(self, work: float) -> None:
+        """Do nothing."""
 
 
 class Layout:

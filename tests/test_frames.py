@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The timing of frames: what is timed draws the same picture, is interleaved, and is packed as its GLSL structs are. No times."""
 
-from contextlib import AbstractContextManager, nullcontext
-
 import pytest
 
+from support import CountedProgress
 from true_diffuse.addon.blender.glsl import source
 from true_diffuse.addon.realtime import program, uniforms
 from true_diffuse.scripts.studies import frame_time
@@ -66,23 +65,9 @@ class Counted:
         return {"readback": seconds, "processor": 2.0 * seconds}
 
 
-class Counting:
-    """A Progress that adds up the work of all steps."""
-
-    def __init__(self) -> None:
-        self.work = 0.0
-
-    def step(self, text: str, work: float) -> AbstractContextManager[None]:
-        self.work += work
-        return nullcontext()
-
-    def within(self, work: float) -> None:
-        pass
-
-
 def test_variants_are_interleaved_in_either_order() -> None:
     drawing = Counted()
-    frame_time.compare(drawing, Setting(1), VARIANTS, 3, Counting())
+    frame_time.compare(drawing, Setting(1), VARIANTS, 3, CountedProgress())
     names = list(VARIANTS)
     assert drawing.order == names + names + names[::-1] + names  # the first for the compiler
 
@@ -90,7 +75,7 @@ def test_variants_are_interleaved_in_either_order() -> None:
 @pytest.fixture(scope="module")
 def timed() -> tuple[list[dict], float]:
     """The records of a drawing whose frames take what a formula says, and the work that was reported."""
-    progress = Counting()
+    progress = CountedProgress()
     return list(frame_time.records(Counted(), False, progress)), progress.work
 
 

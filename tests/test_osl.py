@@ -3,13 +3,13 @@
 
 import math
 import re
-from contextlib import nullcontext
 from functools import partial
 
 import bpy
 
 import pytest
 
+from support import CountedProgress
 from true_diffuse.addon import models
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.osl import SHADERS
@@ -131,22 +131,12 @@ def test_osl_renders_as_its_formula(model: str, shape: tuple[float, ...]) -> Non
         assert result.rms < limit
 
 
-class Nobody:
-    """Does not want to know how far the work is."""
-
-    def step(self, text: str, work: float):
-        return nullcontext()
-
-    def within(self, work: float) -> None:
-        pass
-
-
 @pytest.fixture(scope="module")
 def records() -> dict[tuple[str, str], dict]:
     quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
     return {
         (record["model"], record["case"]): record
-        for record in stability_osl.stability(reference_mpmath.radiance, quick, 1000, Nobody())
+        for record in stability_osl.stability(reference_mpmath.radiance, quick, 1000, CountedProgress())
     }
 
 

@@ -3,13 +3,13 @@
 
 import math
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
 from statistics import fmean
 
 import bpy
 
 import pytest
 
+from support import CountedProgress
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
 from true_diffuse.addon.blender.id_properties import SPECIALIZED_FOR
 from true_diffuse.addon.closures.lobe import CYCLES as CYCLES_LOBES
@@ -25,19 +25,6 @@ pytestmark = pytest.mark.usefixtures("empty_file")
 
 SIGMA = 0.33
 COLOR = (0.8, 0.5, 0.2, 1.0)
-
-
-class Steps:
-    """A `Progress` that adds up the work."""
-
-    done = 0.0
-
-    def step(self, text: str, work: float) -> AbstractContextManager[None]:
-        self.done += work
-        return nullcontext()
-
-    def within(self, work: float) -> None:
-        pass
 
 
 @pytest.fixture(autouse=True)
@@ -85,7 +72,7 @@ def sphere_error(shown: Rendered, exact: OrenNayar, degrees: float) -> float:
 def test_measured_error_is_that_of_the_formulas(engine: Engine) -> None:
     bpy.context.scene.render.engine = engine.identifier
     material = materials.create("Clay", ROUGH_DIFFUSE, Color=COLOR, Roughness=SIGMA)
-    steps = Steps()
+    steps = CountedProgress()
     result = measurement.measure(material, bpy.context.scene, steps)
     shown, exact = Rendered(OrenNayar(SIGMA), PAIR if engine is EEVEE else CYCLES_LOBES), OrenNayar(SIGMA)
     expected = [sphere_error(shown, exact, degrees) for degrees in measurement.LIGHT_DEGREES]
@@ -93,7 +80,7 @@ def test_measured_error_is_that_of_the_formulas(engine: Engine) -> None:
     floor = 0.0015 if engine is EEVEE else 0.0
     assert result.mean == pytest.approx(fmean(expected), rel=0.06, abs=floor)
     assert result.worst == pytest.approx(max(expected), rel=0.06, abs=floor)
-    assert result.seconds > 0.0 and result.lambert_seconds > 0.0 and steps.done == measurement.total_work()
+    assert result.seconds > 0.0 and result.lambert_seconds > 0.0 and steps.work == measurement.total_work()
     assert result.text().startswith(f"{engine.label}, Balanced: ") and "% from Oren-Nayar (worst" in result.text()
 
 
@@ -102,11 +89,11 @@ def test_measured_error_is_that_of_the_formulas(engine: Engine) -> None:
 def test_realtime_is_measured() -> None:
     scene = bpy.context.scene
     scene.render.engine, scene.cycles.shading_system = REALTIME.identifier, True
-    result = measurement.measure(materials.create("Clay", ROUGH_DIFFUSE, Color=COLOR, Roughness=SIGMA), scene, Steps())
+    result = measurement.measure(materials.create("Clay", ROUGH_DIFFUSE, Color=COLOR, Roughness=SIGMA), scene, CountedProgress())
     assert result.worst <= 1e-4  # as in test_engines
     assert not result.setup.osl and result.text().startswith("Realtime: 0.00 % from Oren-Nayar")
     skin = materials.create("Skin", SUBSURFACE, Color=COLOR, Subsurface=0.5, Model="Lambert")
-    assert measurement.measure(skin, scene, Steps()).worst <= 1e-4  # the same light from everywhere, and weights that sum to 1
+    assert measurement.measure(skin, scene, CountedProgress()).worst <= 1e-4  # even light, and weights that sum to 1
 
 
 @pytest.mark.render
@@ -121,7 +108,7 @@ def test_file_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     bpy.ops.object.mode_set(mode="EDIT")
     material, before = bpy.context.object.active_material, everything()
-    result = measurement.measure(material, scene, Steps())
+    result = measurement.measure(material, scene, CountedProgress())
     # The chosen light is the probe's own sun, within 0.07 %; the artist's sun shines from above and would be far off
     assert result.worst < 0.002
     assert everything() == before
@@ -131,7 +118,7 @@ def test_file_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(measurement, "_seconds", broken)
     with pytest.raises(RuntimeError):
-        measurement.measure(material, scene, Steps())
+        measurement.measure(material, scene, CountedProgress())
     assert everything() == before
 
 
@@ -147,7 +134,7 @@ def test_optimized_material_is_measured_whole_and_stays_optimized() -> None:
     node = material.node_tree.nodes["Rough Diffuse"]
     tree = node.node_tree
     assert SPECIALIZED_FOR in tree and measurement.material_summary(material) == summary
-    assert measurement.measure(material, scene, Steps()).worst < 0.002
+    assert measurement.measure(material, scene, CountedProgress()).worst < 0.002
     assert node.node_tree == tree
 
 
@@ -157,11 +144,11 @@ def test_slab_has_the_color_of_the_material() -> None:
     bpy.context.scene.render.engine = CYCLES.identifier
     inputs = {"Method": "Christensen-Burley", "Color": COLOR, "Subsurface Radius": (1.0, 0.5, 0.2)}
     material = materials.create("Wax", SUBSURFACE, **inputs)
-    result = measurement.measure(material, bpy.context.scene, Steps())
+    result = measurement.measure(material, bpy.context.scene, CountedProgress())
     assert result.worst < 0.01 and result.notes == ("measured without the coat",)
     # at N.V = 0.5 its color moves with the view, by up to 15 %
     material.node_tree.nodes["Subsurface"].inputs["Method"].default_value = "Random Walk (Skin)"
-    assert measurement.measure(material, bpy.context.scene, Steps()).worst > 0.02
+    assert measurement.measure(material, bpy.context.scene, CountedProgress()).worst > 0.02
 
 
 @pytest.mark.render
@@ -169,7 +156,7 @@ def test_measurement_is_outdated_once_its_material_or_setup_changes() -> None:
     scene = bpy.context.scene
     scene.render.engine = CYCLES.identifier
     material = materials.create("Clay", ROUGH_DIFFUSE, Model="Lambert", Color=COLOR)
-    result = measurement.measure(material, scene, Steps())
+    result = measurement.measure(material, scene, CountedProgress())
     assert result.worst < 0.002 and result.is_current(measurement.material_summary(material), scene)  # Lambert: 0.04 %
     roughness = material.node_tree.nodes["Rough Diffuse"].inputs["Roughness"]
     before, roughness.default_value = roughness.default_value, 0.5

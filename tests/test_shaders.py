@@ -8,12 +8,11 @@ import random
 import re
 import subprocess
 import sys
-from contextlib import nullcontext
 from functools import partial
 
 import pytest
 
-from support import USUAL
+from support import USUAL, CountedProgress
 from true_diffuse.addon import models
 from true_diffuse.addon.blender.glsl import SHADERS, includes, source
 from true_diffuse.addon.models.vector import dot, from_polar
@@ -48,22 +47,12 @@ print(json.dumps(complaints))
 """
 
 
-class Nobody:
-    """Does not want to know how far the work is."""
-
-    def step(self, text: str, work: float):
-        return nullcontext()
-
-    def within(self, work: float) -> None:
-        pass
-
-
 @pytest.fixture(scope="module")
 def records(eevee_runs_here: bool) -> list[dict]:
     if not eevee_runs_here:
         pytest.skip("no graphics driver here")
     quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
-    return list(stability_glsl.stability(reference_mpmath.radiance, quick, COUNT, Nobody()))
+    return list(stability_glsl.stability(reference_mpmath.radiance, quick, COUNT, CountedProgress()))
 
 
 @pytest.fixture(scope="module")
