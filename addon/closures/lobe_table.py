@@ -1,228 +1,42 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Written by scripts/fit/lobes.py: the lobes of each set and family, and the weight of each lobe by function."""
+"""The table of lobes, lobe_table.json, which scripts/fit/lobes.py writes: by lobe set and family, the lobes and their weights."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 from .lobe import Fit, Lobe, Weight
 
-TABLE: dict[str, dict[str, Fit]] = {
-    "single": {
-        "oren_nayar": Fit(
-            (),
-            {
-                "oren_nayar": (
-                    Weight(0.0, 0.32165, -0.026575, -0.11277),
-                    Weight(0.0, 0.50463, -0.41609, 0.095053),
-                ),
-            },
-        ),
-        "fujii": Fit(
-            (),
-            {
-                "fujii": (
-                    Weight(0.0, 0.134, -0.026575, -0.11277),
-                    Weight(0.0, 0.69213, -0.41609, 0.095053),
-                ),
-            },
-        ),
-        "oren_nayar_1994": Fit(
-            (),
-            {
-                "oren_nayar_1994": (
-                    Weight(0.0, 0.15442, -0.17903, 0.021325),
-                    Weight(0.0, 0.76568, -0.42856, 0.035721),
-                ),
-                "interreflection": (
-                    Weight(0.0, 6.6042e-17, -2.4746e-16, 2.8537e-16),
-                    Weight(0.0, -0.17039, -0.13952, 0.24956),
-                ),
-            },
-        ),
-        "pitted": Fit(
-            (),
-            {
-                "pitted": (
-                    Weight(0.55595, -0.22976, 0.31779, -0.10337),
-                    Weight(0.0, 0.42425, -0.1237, 0.0017106),
-                ),
-            },
-        ),
-    },
-    "pair": {
-        "oren_nayar": Fit(
-            (
-                Lobe(0.0, 0.0, 1, 0.0, 0.0),
-                Lobe(1, 0.0, 0.0, 0.63, 0.0),
-            ),
-            {
-                "oren_nayar": (
-                    Weight(0.0, 0.00010187, 0.062906, -0.08488),
-                    Weight(0.0, 0.99572, -1.139, 0.42701),
-                ),
-            },
-        ),
-        "fujii": Fit(
-            (
-                Lobe(0.0, 0.0, 1, 0.0, 0.0),
-                Lobe(1, 0.0, 0.74, 1.14, 0.0),
-            ),
-            {
-                "fujii": (
-                    Weight(0.0, -0.68296, -0.20885, 0.057438),
-                    Weight(0.0, 0.96078, -0.7731, 0.25518),
-                ),
-            },
-        ),
-        "oren_nayar_1994": Fit(
-            (
-                Lobe(0.0, 0.0, 1, 0.0, 0.0),
-                Lobe(1, 0.0, 1.07, 0.97, 0.0),
-            ),
-            {
-                "oren_nayar_1994": (
-                    Weight(0.0, -0.97033, -0.22775, 0.29255),
-                    Weight(0.0, 0.98814, -0.68605, 0.13885),
-                ),
-                "interreflection": (
-                    Weight(0.0, 0.21097, 0.53284, -0.56943),
-                    Weight(0.0, -0.20116, -0.16442, 0.28989),
-                ),
-            },
-        ),
-        "pitted": Fit(
-            (
-                Lobe(0.0, 0.0, 1, 0.0, 0.0),
-                Lobe(1, 0.0, 0.0, 2.46, 0.0),
-            ),
-            {
-                "pitted": (
-                    Weight(0.54563, -0.46101, -0.54708, 0.19861),
-                    Weight(0.0, 0.77813, -0.80352, 0.37229),
-                ),
-            },
-        ),
-    },
-    "signed": {
-        "oren_nayar": Fit(
-            (
-                Lobe(0.0, 0.0, 0.0, 0.0, 0.98),
-                Lobe(1, 0.0, 0.0, 0.0, 0.0),
-                Lobe(-1, 0.0, 0.0, 0.0, 0.0),
-                Lobe(1, 0.0, 0.0, 0.0, -0.7),
-                Lobe(-1, 0.6, 0.0, 0.0, 0.98),
-            ),
-            {
-                "oren_nayar": (
-                    Weight(0.0, 1.0015, -0.71605, 0.24034),
-                    Weight(0.0, -0.011328, 0.84645, -0.53746),
-                    Weight(0.0, 0.99499, -0.66406, 0.17035),
-                    Weight(0.0, 0.00025919, -0.70498, 0.43763),
-                    Weight(0.0, -1.0007, 0.70608, -0.21575),
-                ),
-            },
-        ),
-        "fujii": Fit(
-            (
-                Lobe(0.0, 0.0, 0.0, 0.0, 1),
-                Lobe(1, 0.0, 0.0, 0.0, 0.0),
-                Lobe(-1, 0.0, 0.0, 0.0, 0.0),
-                Lobe(1, 0.0, 0.0, 0.0, -0.77),
-                Lobe(-1, 0.64, 0.0, 0.0, 1),
-                Lobe(-1, 0.0, -0.85, 0.0, 0.0),
-            ),
-            {
-                "fujii": (
-                    Weight(0.0, 0.97452, -1.0627, 0.22379),
-                    Weight(0.0, 0.022371, 1.1503, -0.45071),
-                    Weight(0.0, 0.21585, -1.1168, 0.33194),
-                    Weight(0.0, 0.0024445, -1.1662, 0.45792),
-                    Weight(0.0, -0.97556, 1.0702, -0.24565),
-                    Weight(0.0, 0.70325, 0.09303, -0.16),
-                ),
-            },
-        ),
-        "oren_nayar_1994": Fit(
-            (
-                Lobe(0.0, 0.0, 0.0, 0.0, 1.01),
-                Lobe(1, 0.0, 0.0, 0.0, 0.0),
-                Lobe(-1, 0.0, 0.0, 0.0, 0.0),
-                Lobe(1, 0.0, 0.0, 0.0, -0.8),
-                Lobe(-1, 0.51, 0.0, 0.0, 1.01),
-                Lobe(-1, 0.0, -0.97, 0.0, 0.0),
-            ),
-            {
-                "oren_nayar_1994": (
-                    Weight(0.0, 1.0484, -1.3992, 0.40841),
-                    Weight(0.0, -0.012033, 1.3295, -0.5107),
-                    Weight(0.0, 0.153, -1.6109, 0.86401),
-                    Weight(0.0, 0.0046798, -1.2648, 0.45701),
-                    Weight(0.0, -1.049, 1.4581, -0.4945),
-                    Weight(0.0, 0.79989, 0.12749, -0.29269),
-                ),
-                "interreflection": (
-                    Weight(0.0, -0.25002, 0.2014, 0.081955),
-                    Weight(0.0, 0.089843, -0.54497, 0.19164),
-                    Weight(0.0, 0.034233, 0.45466, -0.31082),
-                    Weight(0.0, -0.0005427, 0.24593, 0.065194),
-                    Weight(0.0, 0.25031, -0.22946, -0.039128),
-                    Weight(0.0, -0.20794, -0.12771, 0.10716),
-                ),
-            },
-        ),
-        "pitted": Fit(
-            (
-                Lobe(0.0, 0.0, 0.0, 0.0, 0.79),
-                Lobe(1, 0.0, 0.0, 0.0, 0.0),
-                Lobe(-1, 0.0, 0.0, 0.0, 0.0),
-                Lobe(1, 0.0, 0.0, 0.0, -0.87),
-                Lobe(-1, 0.74, 0.0, 0.0, 0.79),
-                Lobe(-1, 0.0, -0.74, 0.0, 0.0),
-            ),
-            {
-                "pitted": (
-                    Weight(0.64109, -0.075085, -0.099661, 0.75496),
-                    Weight(0.0, 0.31621, -0.10551, -0.018336),
-                    Weight(0.0, 0.48916, -1.1507, -0.039554),
-                    Weight(0.0, -0.0058231, -0.60527, 0.16695),
-                    Weight(0.0, -0.55733, 0.038626, 0.16826),
-                    Weight(0.0, 0.18648, 0.74697, -0.0658),
-                ),
-            },
-        ),
-    },
-    "cycles": {
-        "oren_nayar": Fit(
-            (),
-            {
-                "oren_nayar": (
-                    Weight(0.0, 0.0, 0.0, 0.0),
-                    Weight(0.99643, 0.0, 0.0, 0.0),
-                    Weight(0.0, 0.72514, 0.0, 0.0),
-                ),
-            },
-        ),
-        "oren_nayar_1994": Fit(
-            (),
-            {
-                "oren_nayar_1994": (
-                    Weight(-0.0014272, 0.0107, -0.15184, 0.14905),
-                    Weight(0.96667, 0.11951, -0.012202, 0.062513),
-                    Weight(0.0, 0.0, 0.0, 0.0),
-                ),
-                "interreflection": (
-                    Weight(0.0010984, 0.027795, 0.040983, -0.077118),
-                    Weight(0.018242, -0.24891, -0.17895, -0.25698),
-                    Weight(0.0, 0.0, 0.0, 0.0),
-                ),
-            },
-        ),
-        "pitted": Fit(
-            (),
-            {
-                "pitted": (
-                    Weight(0.55544, -0.31642, 0.30198, 0.0031023),
-                    Weight(0.7672, -0.095646, 0.045583, 0.17588),
-                    Weight(0.0, 0.0, 0.0, 0.0),
-                ),
-            },
-        ),
-    },
-}
+
+def to_json(table: Mapping[str, Mapping[str, Fit]]) -> dict[str, Any]:
+    """Return `table` as JSON holds it, numbers with five digits: enough for 1e-5 of a lobe."""
+
+    def rounded(rows: tuple[tuple[float, ...], ...]) -> list[list[float]]:
+        return [[float(f"{value:.5g}") for value in row] for row in rows]
+
+    return {
+        lobe_set: {
+            family: {"lobes": rounded(fit.lobes), "weights": {name: rounded(rows) for name, rows in fit.weights.items()}}
+            for family, fit in fits.items()
+        }
+        for lobe_set, fits in table.items()
+    }
+
+
+def from_json(document: Mapping[str, Any]) -> dict[str, dict[str, Fit]]:
+    """Return the table that `to_json` made `document` of."""
+    return {
+        lobe_set: {
+            family: Fit(
+                tuple(Lobe(*row) for row in fit["lobes"]),
+                {name: tuple(Weight(*row) for row in rows) for name, rows in fit["weights"].items()},
+            )
+            for family, fit in fits.items()
+        }
+        for lobe_set, fits in document.items()
+    }
+
+
+TABLE = from_json(json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8")))
+"""By lobe set and family, which is the name of its first function of the light."""

@@ -3,7 +3,7 @@
 
 `models/terms.py` makes every model a share of Lambert's z and of functions of the light that know no roughness: equation (1) is
 A z + B T, T = max(0, s) min(1, z / mu). Four sets of lobes make the functions of closures, each a sum of lobes
-c(mu) max(0, d.L) around directions d that move with mu; `lobe_table.py` has the numbers, `scripts/fit/lobes.py` finds them.
+c(mu) max(0, d.L) around directions d that move with mu; `lobe_table.json` has the numbers, `scripts/fit/lobes.py` finds them.
 
 - SINGLE, EEVEE: one Diffuse closure around the vector sum of all lobes.
 - PAIR, EEVEE: one around N, one bent towards the viewer. H = clamp(10 z + 1) is EEVEE's own: light from behind the surface fades

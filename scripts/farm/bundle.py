@@ -15,7 +15,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 CODE = ("__init__.py", "blender_manifest.toml", "addon", "scenes", "scripts", "shaders")
-SUFFIXES = (".py", ".toml", ".glsl", ".osl", ".blend")
+SUFFIXES = (".py", ".toml", ".json", ".glsl", ".osl", ".blend")
 JOB = "job.json"  # the study and its JobSpec
 SESSION = ["--session", "{{Session.WorkingDirectory}}"]
 PATHS = ["--path-mapping", "{{Session.PathMappingRulesFile}}"]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fits the lobes of addon/closures/lobe_table.py to the models, by linear least squares over all lights and views.
+"""Fits the lobes of addon/closures/lobe_table.json to the models, by linear least squares over all lights and views.
 
-uv run scripts/fit/lobes.py --out addon/closures/lobe_table.py               seconds
-uv run scripts/fit/lobes.py --out addon/closures/lobe_table.py --search      minutes: with better directions than the table's
+uv run scripts/fit/lobes.py --out addon/closures/lobe_table.json               seconds
+uv run scripts/fit/lobes.py --out addon/closures/lobe_table.json --search      minutes: with better directions than the table's
 """
 
 import math
@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import checkout  # noqa: F401 - makes the checkout the package true_diffuse
 from true_diffuse.addon.closures.lobe import CYCLES, PAIR, SIGNED, SINGLE, Fit, Lobe, Weight, lobe_values
 from true_diffuse.addon.closures.lobe_error import lobe_error
-from true_diffuse.addon.closures.lobe_table import TABLE
+from true_diffuse.addon.closures.lobe_table import TABLE, to_json
 from true_diffuse.addon.closures.lobes import Rendered
 from true_diffuse.addon.models import MODELS, Model, ReflectanceModel
 from true_diffuse.addon.models.quadrature import gauss_legendre
@@ -226,44 +226,13 @@ def search(key: str, lobe_set: str) -> tuple[float, tuple[float, ...]]:
     return least, best
 
 
-def source(table: dict[str, dict[str, Fit]]) -> str:
-    """Return the table as the text of a Python module."""
-
-    def numbers(values: Sequence[float]) -> str:
-        return ", ".join(f"{value:.5g}" if value else "0.0" for value in map(float, values))
-
-    lines = [
-        "# SPDX-License-Identifier: GPL-3.0-or-later",
-        '"""Written by scripts/fit/lobes.py: the lobes of each set and family, and the weight of each lobe by function."""',
-        "",
-        "from .lobe import Fit, Lobe, Weight",
-        "",
-        "TABLE: dict[str, dict[str, Fit]] = {",
-    ]
-    for lobe_set, fits in table.items():
-        lines.append(f'    "{lobe_set}": {{')
-        for family, (lobes, weights) in fits.items():
-            lines.append(f'        "{family}": Fit(')
-            rows = "".join(f"\n                Lobe({numbers(lobe)})," for lobe in lobes)
-            lines.append(f"            ({rows}\n            )," if lobes else "            (),")
-            lines.append("            {")
-            for name, row in weights.items():
-                lines.append(f'                "{name}": (' + "".join(f"\n                    Weight({numbers(w)})," for w in row))
-                lines.append("                ),")
-            lines.append("            },")
-            lines.append("        ),")
-        lines.append("    },")
-    lines.append("}")
-    return "\n".join(lines) + "\n"
-
-
 def main() -> int:
     """Run the script; returns the exit status."""
     parser = Parser(prog="fit/lobes.py", description=(__doc__ or "").splitlines()[0])
     parser.add_argument(
         "--search", action="store_true", help="search for better directions of the lobes, as functions that are new need"
     )
-    parser.add_argument("--out", type=Path, default=Path("lobe_table.py"), metavar="FILE", help="default: lobe_table.py")
+    parser.add_argument("--out", type=Path, default=Path("lobe_table.json"), metavar="FILE", help="default: lobe_table.json")
     options = parser.parse_args(script_arguments())
     if options.out.is_dir():
         parser.error(f"{options.out} is a folder")
@@ -280,7 +249,7 @@ def write(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
                 better[key, lobe_set] = directions = tuple(float(f"{value:.3g}") for value in directions)
                 numbers = ", ".join(f"{value:g}" for value in directions)
                 terminal.say(f"{key} {lobe_set}: {100.0 * least:.2f} % with {numbers}")
-    output.write_text(options.out.name, source(fit_all(ORDER, VIEWS, better)))
+    output.write_json(options.out.name, to_json(fit_all(ORDER, VIEWS, better)))
     output.publish()
     terminal.say(f"Wrote {options.out}")
 
