@@ -42,14 +42,14 @@ type Measure = Callable[[Namespace, list["Engine"], Terminal], list["Record"]]
 type Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 
 
-def told(
+def show(
     terminal: Terminal,
     work: float,
     measure: Callable[["Progress"], Iterable["Record"]],
     title: str,
     table: Callable[[Sequence["Record"]], Table],
 ) -> list["Record"]:
-    """Return the records of `measure`, after showing how far its `work` is, and then what `table` makes of them."""
+    """Return the records of `measure`, having shown how far its `work` is and then the table of them."""
     with terminal.progress(work) as progress:
         records = list(measure(progress))
     terminal.table(title, *table(records))
@@ -57,14 +57,14 @@ def told(
 
 
 def rough(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
-    """Hold each rough model, target and mode against its formula, on a sphere under a sun."""
+    """Hold each rough model, target and quality against its formula, on a sphere under a sun."""
     from true_diffuse.scenes.sphere import sphere_under_sun
     from true_diffuse.scripts.studies import rough as study
 
     work, sphere = study.rough_work(engines, options.quick), sphere_under_sun(SIZE)
     measure = partial(study.rough, sphere, engines, options.samples, options.quick)
     title = "Error of the lobes and RMS error on a sphere, light at the angle from the viewer, in %"
-    return told(terminal, work, measure, title, study.rough_table)
+    return show(terminal, work, measure, title, study.rough_table)
 
 
 def engines(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
@@ -75,7 +75,7 @@ def engines(_options: Namespace, engines: list["Engine"], terminal: Terminal) ->
     if len(engines) < len(NODE_ENGINES):
         raise BadInput("EEVEE and Cycles are both needed to hold them against each other")
     work, measure = study.between_engines_work(), partial(study.between_engines, sphere_under_sun(BOTH_SIZE))
-    return told(terminal, work, measure, "RMS difference of EEVEE from Cycles, in %", study.between_engines_table)
+    return show(terminal, work, measure, "RMS difference of EEVEE from Cycles, in %", study.between_engines_table)
 
 
 def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
@@ -98,7 +98,7 @@ def stability(options: Namespace, engines: list["Engine"], terminal: Terminal) -
     for name, target in targets:
         count = target.COUNT // 10 if options.quick else target.COUNT
         measure = partial(target.stability, reference_mpmath.radiance, quick, count)
-        records += told(terminal, target.work(), measure, f"{name} in 32-bit floats: the largest errors", float32_accuracy.table)
+        records += show(terminal, target.work(), measure, f"{name} in 32-bit floats: the largest errors", float32_accuracy.table)
     formulas = list(stability_subsurface.records())
     terminal.table("Subsurface formulas at their ends", *stability_subsurface.table(formulas))
     return records + formulas
@@ -145,12 +145,12 @@ def frames(options: Namespace, engines: list["Engine"], terminal: Terminal) -> l
 
 
 def furnace(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
-    """Hold what each model, target and mode reflects of a uniform world against its formula."""
+    """Hold what each model, target and quality reflects of a uniform world against its formula."""
     from true_diffuse.scripts.studies import robustness
 
     work, measure = robustness.furnace_work(engines, options.quick), partial(robustness.furnace, engines, options.quick)
     title = "Albedo at rho = 1 in a uniform world, the formula's in brackets"
-    return told(terminal, work, measure, title, robustness.furnace_table)
+    return show(terminal, work, measure, title, robustness.furnace_table)
 
 
 def leak(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
@@ -159,7 +159,7 @@ def leak(options: Namespace, engines: list["Engine"], terminal: Terminal) -> lis
 
     work, measure = robustness.leak_work(engines, options.quick), partial(robustness.leak, engines, options.quick)
     title = "Light from behind, as a share of what a lit Lambert surface shows"
-    return told(terminal, work, measure, title, robustness.leak_table)
+    return show(terminal, work, measure, title, robustness.leak_table)
 
 
 def extremes(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
@@ -167,7 +167,7 @@ def extremes(options: Namespace, engines: list["Engine"], terminal: Terminal) ->
     from true_diffuse.scripts.studies import robustness
 
     work, measure = robustness.extremes_work(engines, options.quick), partial(robustness.extremes, engines, options.quick)
-    return told(terminal, work, measure, "Radiance of odd inputs, over all views, lights and models", robustness.extremes_table)
+    return show(terminal, work, measure, "Radiance of odd inputs, over all views, lights and models", robustness.extremes_table)
 
 
 def subsurface(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
@@ -177,7 +177,7 @@ def subsurface(options: Namespace, engines: list["Engine"], terminal: Terminal) 
     records = []
     for part in study.MEASUREMENTS:
         work, measure = part.work(engines, options.quick), partial(part.records, engines, options.quick)
-        records += told(terminal, work, measure, part.title, study.table)
+        records += show(terminal, work, measure, part.title, study.table)
     return records
 
 
@@ -197,15 +197,15 @@ def usd(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list
     return found
 
 
-def leave_out(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
-    """Hold what Simplify leaves of four scenes against the whole: the picture, nodes, closures, first and later renders."""
+def optimize(_options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
+    """Hold optimized materials of four scenes against whole ones: the picture, nodes, closures, first and later renders."""
     from true_diffuse.addon import usd as usd_files
     from true_diffuse.scripts.studies import optimize as study
 
     usd_files.register()
     with tempfile.TemporaryDirectory() as folder:
         work, measure = study.work(engines), partial(study.records, partial(load_character, "human"), engines, Path(folder))
-        return told(terminal, work, measure, "What leaving out saves, before -> after", study.table)
+        return show(terminal, work, measure, "What optimized materials save, before -> after", study.table)
 
 
 def animation(options: Namespace, engines: list["Engine"], terminal: Terminal) -> list["Record"]:
@@ -218,7 +218,7 @@ def animation(options: Namespace, engines: list["Engine"], terminal: Terminal) -
         register_realtime()
         used.append(REALTIME)
     work, measure = study.work(used), partial(study.records, used, options.samples, SIZE // 2)
-    return told(terminal, work, measure, "Frames of a film: difference from stills, noise, flicker", study.table)
+    return show(terminal, work, measure, "Frames of a film: difference from stills, noise, flicker", study.table)
 
 
 def check_usd(file: Path) -> list["Record"]:
@@ -241,7 +241,7 @@ MEASURES: dict[str, Measure] = {
     "extremes": extremes,
     "subsurface": subsurface,
     "usd": usd,
-    "leave-out": leave_out,
+    "optimize": optimize,
     "animation": animation,
 }
 
