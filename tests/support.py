@@ -1,7 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What several test files need: models with usual inputs, a progress that counts, a layout to draw panels into."""
+"""What several test files need: models with usual inputs, scripts run as users do, a progress that counts, a layout for panels."""
 
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,6 +21,29 @@ USUAL = {"Roughness": 0.5, "IOR": 1.5}
 """Inputs of a node group by socket, which every model makes use of."""
 EXTREME = {"Roughness": 1.0, "IOR": 3.0}
 every_model = pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+
+SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
+
+
+def run_script(name: str, *arguments: str | Path, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run one of the scripts as its user would: a process of its own in the folder `cwd`."""
+    command = [sys.executable, SCRIPTS / name, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, env=os.environ | environment)
+
+
+def assert_bad_input(result: subprocess.CompletedProcess[str], name: str) -> None:
+    """Assert that a script refused its options in one line, with status 2."""
+    assert result.returncode == 2, result.stdout + result.stderr
+    assert len(result.stderr.splitlines()) == 1 and result.stderr.startswith(name), result.stderr
+
+
+def wait_for[Found](find: Callable[[], Found], seconds: float = 120.0) -> Found:
+    """Return what `find` finds once that is something; fail after so many seconds."""
+    start = time.monotonic()
+    while not (found := find()):
+        assert time.monotonic() - start < seconds, "what was waited for did not come"
+        time.sleep(0.02)
+    return found
 
 
 def formulas() -> list[Formula]:

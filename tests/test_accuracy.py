@@ -2,19 +2,17 @@
 """The command line scripts/accuracy.py as its users run it."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-SCRIPT = Path(__file__).resolve().parent.parent / "scripts" / "accuracy.py"
+from support import run_script
 
 
 @pytest.mark.render
 def test_accuracy_end_to_end(tmp_path: Path) -> None:
-    command = [sys.executable, SCRIPT, "--only", "rough", "--quick", "--engine", "cycles", "--out", "records/accuracy.json"]
-    result = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    options = "--only rough --quick --engine cycles --out records/accuracy.json"
+    result = run_script("accuracy.py", *options.split(), cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     document = json.loads((tmp_path / "records" / "accuracy.json").read_text())
     records = document["records"]
@@ -28,5 +26,5 @@ def test_accuracy_end_to_end(tmp_path: Path) -> None:
 
 
 def test_accuracy_refuses_a_folder_in_one_line(tmp_path: Path) -> None:
-    result = subprocess.run([sys.executable, SCRIPT, "--out", "."], capture_output=True, text=True, check=False, cwd=tmp_path)
+    result = run_script("accuracy.py", "--out", ".", cwd=tmp_path)
     assert (result.returncode, result.stderr) == (2, "accuracy.py: error: . is a folder\n")

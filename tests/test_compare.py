@@ -7,12 +7,13 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
 
-SCRIPT = Path(__file__).resolve().parent.parent / "scripts" / "compare.py"
+from support import SCRIPTS, assert_bad_input, run_script, wait_for
+
 FIELDS = {
     "character": str,
     "frame": int | None,
@@ -40,9 +41,7 @@ for path in sys.argv[1:]:
 """
 
 
-def compare(*arguments: str, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, SCRIPT, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, env=os.environ | environment)
+compare = partial(run_script, "compare.py")
 
 
 @pytest.mark.render
@@ -205,8 +204,7 @@ def test_bad_input_is_one_line_and_status_2(arguments: tuple[str, ...], tmp_path
     (tmp_path / "dangling").symlink_to("nowhere/at/all")
     before = sorted(tmp_path.rglob("*"))
     result = compare("--engine", "cycles", *arguments, cwd=tmp_path)
-    assert result.returncode == 2, result.stdout
-    assert len(result.stderr.splitlines()) == 1 and result.stderr.startswith("compare.py: error: "), result.stderr
+    assert_bad_input(result, "compare.py: error: ")
     assert sorted(tmp_path.rglob("*")) == before
 
 
@@ -217,7 +215,10 @@ def test_killed_half_way_leaves_no_file_under_its_final_name(name: str, tmp_path
     kill = getattr(signal, name)
     options = "--character monkey --engine cycles --resolution 640x240 --samples 4096 --out out"
     process = subprocess.Popen(
-        [sys.executable, SCRIPT, *options.split()], cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        [sys.executable, SCRIPTS / "compare.py", *options.split()],
+        cwd=tmp_path,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
     )
     staged = wait_for(lambda: list(tmp_path.glob("out/.true_diffuse_*")))
     time.sleep(6.0)  # Blender is up by now and renders; each picture takes minutes
@@ -230,12 +231,3 @@ def test_killed_half_way_leaves_no_file_under_its_final_name(name: str, tmp_path
         assert list((tmp_path / "out").iterdir()) == staged  # nobody could remove the hidden folder
     else:
         assert not (tmp_path / "out").exists()
-
-
-def wait_for(found: Callable[[], list[Path]]) -> list[Path]:
-    for _ in range(600):
-        paths = found()
-        if paths:
-            return paths
-        time.sleep(0.05)
-    raise AssertionError("the script did not start")

@@ -24,21 +24,16 @@ from openjd.model import (
     preprocess_job_parameters,
 )
 
+from support import SCRIPTS, assert_bad_input, run_script, wait_for
 from true_diffuse.addon.blender.osl import compiles_osl
 from true_diffuse.scripts.cli import inputs
 from true_diffuse.scripts.farm import worker
 from true_diffuse.scripts.farm.results import Incomplete, Results
 from true_diffuse.scripts.studies.comparison.outcomes import WorkError
 
-SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
 SMALL = ("--character", "monkey", "--engine", "cycles", "--resolution", "96x36", "--samples", "2")
 LOOKS = ("picture", "specular", "lambert", "oren_nayar_0", "oren_nayar_0.2", "oren_nayar_0.33")
 posix = pytest.mark.skipif(os.name != "posix", reason="Windows has no such signals and limits")
-
-
-def script(name: str, *arguments: str | Path, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, SCRIPTS / name, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, env=os.environ | environment)
 
 
 def openjd(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -48,7 +43,7 @@ def openjd(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str
 
 def ordered(cwd: Path, *arguments: str) -> Path:
     """A job's folder, as compare.py has written it."""
-    result = script("compare.py", "--job", "job", *arguments, cwd=cwd)
+    result = run_script("compare.py", "--job", "job", *arguments, cwd=cwd)
     assert result.returncode == 0, result.stderr
     return cwd / "job"
 
@@ -64,7 +59,7 @@ def records(folder: Path) -> list[dict[str, Any]]:
 def at_once(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
     """The records of SMALL, rendered by compare.py itself."""
     folder = tmp_path_factory.mktemp("at_once")
-    result = script("compare.py", *SMALL, "--out", "out", cwd=folder)
+    result = run_script("compare.py", *SMALL, "--out", "out", cwd=folder)
     assert result.returncode == 0, result.stderr
     return records(folder / "out")
 
@@ -128,7 +123,7 @@ def test_bundle_passes_open_job_descriptions_checks(tmp_path: Path) -> None:
 
 
 def test_report_bundle_passes_open_job_descriptions_checks(tmp_path: Path) -> None:
-    result = script("report.py", "--job", "job", "--quick", "--character", "human", "monkey", "--out", "results", cwd=tmp_path)
+    result = run_script("report.py", "--job", "job", "--quick", "--character", "human", "monkey", "--out", "results", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     assert openjd("check", "job/template.json", cwd=tmp_path).returncode == 0
     template = json.loads((tmp_path / "job" / "template.json").read_text())
@@ -156,13 +151,13 @@ def test_whole_job_in_all_engines_gives_what_one_run_gives(tmp_path: Path, eevee
     if not eevee_runs_here:
         pytest.skip("EEVEE and Realtime find no graphics driver here")
     order = (*SMALL, "--engine", "eevee,cycles,realtime", "--frames", "3,5")
-    assert script("compare.py", *order, "--out", "out", cwd=tmp_path).returncode == 0
+    assert run_script("compare.py", *order, "--out", "out", cwd=tmp_path).returncode == 0
     job = ordered(tmp_path, *order, "--chunk", "1")
     result = openjd("run", job / "template.json", cwd=tmp_path)
     assert result.returncode == 0, result.stdout[-2000:]
     assert records(job / "output") == records(tmp_path / "out")
     # two frames: five looks in each engine and in Realtime against Cycles, there the four that have a shader also against that with
-    # OSL, and the standard specular against its mode Lamps
+    # OSL, and the standard specular against Exact for Chosen Lights
     assert len(records(job / "output")) == 2 * (3 * 5 + 5 + 4 + 1)
 
 
@@ -171,12 +166,12 @@ def test_realtime_and_cycles_are_held_against_each_other_whoever_did_which(tmp_p
     if not eevee_runs_here:
         pytest.skip("Realtime finds no graphics driver here")
     order = (*SMALL, "--engine", "cycles,realtime", "--sigma", "0.2")
-    assert script("compare.py", *order, "--out", "out", cwd=tmp_path).returncode == 0
+    assert run_script("compare.py", *order, "--out", "out", cwd=tmp_path).returncode == 0
     job = ordered(tmp_path, *order)
-    for engine in ("realtime", "cycles"):  # each in a Blender of its own
-        done = script("task.py", "render", job, "--engine", engine, cwd=tmp_path)
+    for engine in ("realtime", "cycles"):  # each in a Blender of its own, one after the other
+        done = run_script("task.py", "render", job, "--engine", engine, cwd=tmp_path)
         assert done.returncode == 0, done.stdout + done.stderr
-    assert script("task.py", "collect", job, cwd=tmp_path).returncode == 0
+    assert run_script("task.py", "collect", job, cwd=tmp_path).returncode == 0
     assert records(job / "output") == records(tmp_path / "out")
     compared = {(one["name"], one["osl"], one["quality"]) for one in records(job / "output") if "rms_difference" in one}
     rough = ("lambert", "oren_nayar_0.2")  # the standard specular has no shader in OSL
@@ -188,9 +183,9 @@ def test_realtime_and_cycles_are_held_against_each_other_whoever_did_which(tmp_p
 @pytest.mark.render
 def test_report_job_by_hand(tmp_path: Path) -> None:
     order = ("--quick", "--engine", "cycles", "--scene", "sphere", "--job", "job")
-    assert script("report.py", *order, cwd=tmp_path).returncode == 0
-    assert script("task.py", "render", "job", cwd=tmp_path).returncode == 0
-    assert script("task.py", "collect", "job", cwd=tmp_path).returncode == 0
+    assert run_script("report.py", *order, cwd=tmp_path).returncode == 0
+    assert run_script("task.py", "render", "job", cwd=tmp_path).returncode == 0
+    assert run_script("task.py", "collect", "job", cwd=tmp_path).returncode == 0
     document = json.loads((tmp_path / "job" / "output" / "report.json").read_text())
     floors = {curve["label"].removeprefix("Rough Diffuse, "): curve["floor"] for curve in document["curves"]}
     # as of a report at once: lamps are exact, lobes within 1 %, Lambert off by the model's whole effect
@@ -202,8 +197,8 @@ def test_report_job_by_hand(tmp_path: Path) -> None:
 @pytest.mark.render
 def test_report_job_gives_the_errors_of_one_run(tmp_path: Path) -> None:
     order = ("--quick", "--engine", "cycles", "--scene", "sphere,five", "--character", "monkey")
-    assert script("report.py", *order, "--out", "out", cwd=tmp_path).returncode == 0
-    assert script("report.py", *order, "--job", "job", cwd=tmp_path).returncode == 0
+    assert run_script("report.py", *order, "--out", "out", cwd=tmp_path).returncode == 0
+    assert run_script("report.py", *order, "--job", "job", cwd=tmp_path).returncode == 0
     result = openjd("run", "job/template.json", cwd=tmp_path)
     assert result.returncode == 0, result.stdout[-2000:]
     one, many = (json.loads((tmp_path / place / "report.json").read_text()) for place in ("out", "job/output"))
@@ -220,7 +215,7 @@ def test_report_job_gives_the_errors_of_one_run(tmp_path: Path) -> None:
 def test_face_job_gives_what_one_run_gives(tmp_path: Path, eevee_runs_here: bool) -> None:
     engines = "eevee,cycles,realtime" if eevee_runs_here else "cycles"
     order = ("--scene", "face", "--character", "monkey", "--engine", engines, "--resolution", "150x60", "--samples", "2")
-    assert script("compare.py", *order, "--out", "out", cwd=tmp_path).returncode == 0
+    assert run_script("compare.py", *order, "--out", "out", cwd=tmp_path).returncode == 0
     job = ordered(tmp_path, *order)
     result = openjd("run", job / "template.json", cwd=tmp_path)
     assert result.returncode == 0, result.stdout[-2000:]
@@ -236,7 +231,7 @@ def test_two_sessions_one_killed_and_run_again_give_what_one_run_gives(tmp_path:
     run = [sys.executable, "-m", "openjd", "run", job / "template.json", "--step", "render", "--tasks"]
     shares = [json.dumps([{"Character": 0, "Engine": "cycles", "Look": look} for look in LOOKS[start::2]]) for start in (0, 1)]
     sessions = [subprocess.Popen([*run, share], stdout=subprocess.DEVNULL, start_new_session=True) for share in shares]
-    first = wait_for(parts, f"cycles_{LOOKS[0]}.json")
+    first = wait_for(lambda: list(parts.glob(f"cycles_{LOOKS[0]}.json")))[0]
     sessions[0].send_signal(signal.SIGKILL)  # in the middle of its second task, or near it
     assert sessions[1].wait(timeout=120) == 0
     sessions[0].wait()
@@ -250,20 +245,12 @@ def test_two_sessions_one_killed_and_run_again_give_what_one_run_gives(tmp_path:
     assert records(job / "output") == at_once
 
 
-def wait_for(folder: Path, name: str) -> Path:
-    for _ in range(2400):
-        if (folder / name).exists():
-            return folder / name
-        time.sleep(0.05)
-    raise AssertionError(f"{name} was not made")
-
-
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A job of two frames whose parts are done, by hand."""
     folder = tmp_path_factory.mktemp("done")
     job = ordered(folder, *SMALL, "--sigma", "0.2", "--frames", "1-2")
-    result = script("task.py", "render", job, cwd=folder)
+    result = run_script("task.py", "render", job, cwd=folder)
     assert result.returncode == 0, result.stdout + result.stderr
     progress = [float(line.split()[1]) for line in result.stdout.splitlines() if line.startswith("openjd_progress: ")]
     assert progress == sorted(progress) and progress[0] >= 0.0 and progress[-1] == 100.0 and len(progress) > 10
@@ -273,7 +260,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.render
 def test_collect_names_what_is_missing_or_damaged(done: Path) -> None:
-    assert script("task.py", "collect", done, cwd=done).returncode == 0
+    assert run_script("task.py", "collect", done, cwd=done).returncode == 0
     assert len(records(done / "output")) == 2 * 3
     parts = done / "output" / "parts" / "monkey"
     record, cut, other = (parts / "0001" / f"cycles_{look}.json" for look in ("lambert", "specular", "oren_nayar_0.2"))
@@ -286,7 +273,7 @@ def test_collect_names_what_is_missing_or_damaged(done: Path) -> None:
     picture.write_bytes(before[picture][:-1] + bytes([before[picture][-1] ^ 1]))
     patch.unlink()
     try:
-        result = script("task.py", "collect", done, cwd=done)
+        result = run_script("task.py", "collect", done, cwd=done)
     finally:
         for path, content in before.items():
             path.write_bytes(content)
@@ -305,7 +292,7 @@ def test_collect_names_what_is_missing_or_damaged(done: Path) -> None:
 @pytest.mark.render
 def test_results_of_another_job_do_not_count(done: Path, tmp_path: Path) -> None:
     job = ordered(tmp_path, *SMALL, "--sigma", "0.2", "--frames", "1-2", "--albedo", "0.5")
-    result = script("task.py", "collect", job, "--out", done / "output", cwd=tmp_path)
+    result = run_script("task.py", "collect", job, "--out", done / "output", cwd=tmp_path)
     assert result.returncode == 1 and result.stdout.count("is of another job") == 2 * 5
 
 
@@ -317,13 +304,13 @@ def test_task_names_a_file_that_vanished_and_one_that_is_elsewhere(tmp_path: Pat
     job = ordered(tmp_path, *SMALL[2:], "--character", "here/figure.obj", "--sigma", "0")
     (tmp_path / "here").rename(tmp_path / "there")
     task = ("task.py", "render", job, "--character", "0", "--look", "lambert")
-    result = script(*task, cwd=tmp_path)
+    result = run_script(*task, cwd=tmp_path)
     assert result.returncode == 1
     assert f"{tmp_path / 'here' / 'figure.obj'} does not exist" in next(fails(result.stdout))
     assert not list((job / "output").glob("**/*.json"))
     rule = {"source_path_format": "POSIX", "source_path": str(tmp_path / "here"), "destination_path": str(tmp_path / "there")}
     (tmp_path / "rules.json").write_text(json.dumps({"version": "pathmapping-1.0", "path_mapping_rules": [rule]}))
-    result = script(*task, "--path-mapping", tmp_path / "rules.json", cwd=tmp_path)
+    result = run_script(*task, "--path-mapping", tmp_path / "rules.json", cwd=tmp_path)
     assert result.returncode == 0, result.stdout
 
 
@@ -332,7 +319,7 @@ def test_worker_without_a_graphics_driver_says_so(tmp_path: Path) -> None:
     job = ordered(tmp_path, *SMALL, "--engine", "eevee,cycles,realtime", "--sigma", "0")
     hidden = {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nowhere", "DISPLAY": ""}
     for key, label in (("eevee", "EEVEE"), ("realtime", "Realtime")):
-        failed = script("task.py", "render", job, "--engine", key, "--look", "lambert", cwd=tmp_path, **hidden)
+        failed = run_script("task.py", "render", job, "--engine", key, "--look", "lambert", cwd=tmp_path, **hidden)
         if failed.returncode == 0:
             pytest.skip("this driver cannot be hidden")
         assert failed.returncode == 1 and f"{label} does not run on this machine" in next(fails(failed.stdout))
@@ -386,9 +373,8 @@ def test_bad_input_is_one_line_and_status_2(name: str, arguments: Sequence[str],
     (tmp_path / "taken").mkdir()
     (tmp_path / "taken" / "job.json").write_text("no JSON")
     before = sorted(tmp_path.rglob("*"))
-    result = script(name, *arguments, cwd=tmp_path)
-    assert result.returncode == 2, result.stdout + result.stderr
-    assert len(result.stderr.splitlines()) == 1 and result.stderr.startswith(f"{name}"), result.stderr
+    result = run_script(name, *arguments, cwd=tmp_path)
+    assert_bad_input(result, name)
     assert sorted(tmp_path.rglob("*")) == before
 
 
@@ -429,7 +415,7 @@ def session(tmp_path: Path) -> Iterator[Path]:
     folder.mkdir()
     thread = threading.Thread(target=worker.serve, args=(folder, os.getpid(), do))
     thread.start()
-    wait_for(folder, worker.ADDRESS)
+    wait_for(lambda: (folder / worker.ADDRESS).exists())
     yield folder
     for path in folder.iterdir():
         path.unlink()
@@ -462,7 +448,7 @@ def test_worker_ends_what_it_began_and_knows_its_clients(session: Path) -> None:
 
     with pytest.raises(Gone):
         worker.ask(session, {"wish": "count"}, leave)
-    wait_for(session.parent, "finished")
+    wait_for(lambda: (session.parent / "finished").exists())
     address = session / worker.ADDRESS
     right = address.read_text()
     address.write_text(json.dumps({**json.loads(right), "word": "guess"}))

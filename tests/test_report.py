@@ -7,32 +7,28 @@ import os
 import signal
 import subprocess
 import sys
-import time
+from functools import partial
 from pathlib import Path
 
 import pytest
 
+from support import SCRIPTS, assert_bad_input, run_script, wait_for
 from true_diffuse.addon.probe.tolerance import choose
 
-SCRIPT = Path(__file__).resolve().parent.parent / "scripts" / "report.py"
 SPHERE = ("--engine", "cycles", "--scene", "sphere", "--quick", "--out", "out")
 UNITS = Path("out", ".journal_quick", "units.jsonl")
 ENOUGH = 12  # lines of a journal, of some sixty
 
 
-def report(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, SCRIPT, *arguments], capture_output=True, text=True, check=False, cwd=cwd)
+report = partial(run_script, "report.py")
 
 
 @pytest.mark.render
 @pytest.mark.skipif(os.name != "posix", reason="Windows has no such signals")
 def test_killed_study_goes_on_from_what_it_has(tmp_path: Path) -> None:
-    command, journal = [sys.executable, SCRIPT, *SPHERE], tmp_path / UNITS
+    command, journal = [sys.executable, SCRIPTS / "report.py", *SPHERE], tmp_path / UNITS
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    for _ in range(6000):
-        if journal.exists() and journal.read_bytes().count(b"\n") >= ENOUGH:
-            break
-        time.sleep(0.01)
+    wait_for(lambda: journal.exists() and journal.read_bytes().count(b"\n") >= ENOUGH)
     process.send_signal(signal.SIGTERM)
     _, said = process.communicate(timeout=20)
     assert process.returncode == 128 + signal.SIGTERM and "run it again to go on" in said
@@ -84,7 +80,7 @@ def test_killed_study_goes_on_from_what_it_has(tmp_path: Path) -> None:
 
 
 @pytest.mark.render
-def test_realtime_is_a_contestant_and_can_be_picked(tmp_path: Path, eevee_runs_here: bool) -> None:
+def test_realtime_is_a_variant_and_can_be_picked(tmp_path: Path, eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("Realtime finds no graphics driver here")
     result = report("--engine", "realtime", "--scene", "sphere,furnace", "--quick", "--out", "out", cwd=tmp_path)
@@ -115,6 +111,5 @@ def test_realtime_is_a_contestant_and_can_be_picked(tmp_path: Path, eevee_runs_h
 def test_bad_options_are_one_line_and_status_2(arguments: tuple[str, ...], tmp_path: Path) -> None:
     (tmp_path / "a_file").touch()
     result = report("--quick", *arguments, cwd=tmp_path)
-    assert result.returncode == 2, result.stdout
-    assert len(result.stderr.splitlines()) == 1 and result.stderr.startswith("report.py: error: "), result.stderr
+    assert_bad_input(result, "report.py: error: ")
     assert [path.name for path in tmp_path.iterdir()] == ["a_file"]

@@ -4,16 +4,15 @@
 import json
 import math
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from support import run_script
 from true_diffuse.addon.probe.environment import environment
 from true_diffuse.addon.probe.tolerance import ToleranceError, choose, describe, parse_percent, read_report
 
-SCRIPT = Path(__file__).resolve().parent.parent / "scripts" / "compare.py"
 HERE = {"machine": {"cores": 2}, "blender": "5.2.3"}
 
 
@@ -170,8 +169,8 @@ def test_percent_is_a_number_above_0(text: str) -> None:
 
 
 def compare(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, SCRIPT, "--engine", "cycles", "--character", "monkey", "--resolution", "160x60", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)
+    options = "--engine cycles --character monkey --resolution 160x60"
+    return run_script("compare.py", *options.split(), *arguments, cwd=folder)
 
 
 @pytest.mark.render
