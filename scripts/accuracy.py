@@ -175,9 +175,9 @@ def subsurface(options: Namespace, engines: list["Engine"], terminal: Terminal) 
     from true_diffuse.scripts.studies import subsurface as study
 
     records = []
-    for part in study.MEASUREMENTS:
-        work, measure = part.work(engines, options.quick), partial(part.records, engines, options.quick)
-        records += show(terminal, work, measure, part.title, study.table)
+    for measurement in study.MEASUREMENTS:
+        work, measure = measurement.work(engines, options.quick), partial(measurement.records, engines, options.quick)
+        records += show(terminal, work, measure, measurement.title, study.table)
     return records
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders the work-precision study: what an error costs in each engine, mode and model, and in what Blender has instead.
+"""Renders the work-precision study: what an error costs in each engine, quality and model, and in what Blender has instead.
 
 uv run scripts/report.py --quick
 """

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from true_diffuse.scripts.farm.worker import Request, Show
 
 KEEPER = os.getppid()  # before anything takes long: where it dies meanwhile, there would be another
-PARTS = "parts"  # the folder of the output that tasks write to
+ITEMS = "items"  # the folder of the output that tasks write to
 STEPS = ("reference", "render")
 PARAMETERS = ("character", "frame", "engine", "look", "scene", "seed", "variant")
 
@@ -66,8 +66,8 @@ def parse(arguments: list[str]) -> Namespace:
     texts = {
         "begin": "start the Blender of a session",
         "reference": "render what others are held against",
-        "render": "do parts; without a choice all that are not done yet",
-        "collect": "merge what the parts came to",
+        "render": "render work items; without a choice all that are not done yet",
+        "collect": "merge what the work items came to",
         "end": "end the Blender of a session",
         "serve": "be the Blender of a session",
     }
@@ -182,7 +182,7 @@ def server(options: Namespace, terminal: Terminal) -> "Callable[[Request, Show],
 
     def answer(request: "Request", show: "Show") -> list[str]:
         out = Path(request["out"])
-        results = Results(out / PARTS, job)
+        results = Results(out / ITEMS, job)
         if request["step"] != "collect":
             study.do(request["step"], request["parameters"], results, show)
             return []

@@ -142,7 +142,7 @@ def test_whole_job_gives_what_one_run_gives(tmp_path: Path, at_once: list[dict[s
     assert json.loads(result.stdout)["chunks_run"] == 6 + 1 + 1
     assert records(job / "output") == at_once
     written = sorted(path.name for path in (job / "output").iterdir())
-    assert written == ["compare.json", "error_cycles.png", "five_cycles.exr", "five_cycles.png", "parts"]
+    assert written == ["compare.json", "error_cycles.png", "five_cycles.exr", "five_cycles.png", "items"]
 
 
 @pytest.mark.slow
@@ -227,7 +227,7 @@ def test_face_job_gives_what_one_run_gives(tmp_path: Path, eevee_runs_here: bool
 @pytest.mark.render
 def test_two_sessions_one_killed_and_run_again_give_what_one_run_gives(tmp_path: Path, at_once: list[dict[str, Any]]) -> None:
     job = ordered(tmp_path, *SMALL)
-    parts = job / "output" / "parts" / "monkey" / "still"
+    parts = job / "output" / "items" / "monkey" / "still"
     run = [sys.executable, "-m", "openjd", "run", job / "template.json", "--step", "render", "--tasks"]
     shares = [json.dumps([{"Character": 0, "Engine": "cycles", "Look": look} for look in LOOKS[start::2]]) for start in (0, 1)]
     sessions = [subprocess.Popen([*run, share], stdout=subprocess.DEVNULL, start_new_session=True) for share in shares]
@@ -262,7 +262,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_collect_names_what_is_missing_or_damaged(done: Path) -> None:
     assert run_script("task.py", "collect", done, cwd=done).returncode == 0
     assert len(records(done / "output")) == 2 * 3
-    parts = done / "output" / "parts" / "monkey"
+    parts = done / "output" / "items" / "monkey"
     record, cut, other = (parts / "0001" / f"cycles_{look}.json" for look in ("lambert", "specular", "oren_nayar_0.2"))
     picture = next((parts / "0002").glob("cycles_picture-*.exr"))
     patch = next((parts / "0002").glob("cycles_lambert-*.patch"))

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Studies cut into parts that any number of machines can do: what is ordered, the parts' results on disk, the job that does them.
+"""Jobs for any number of machines: bundles, the results of work items on disk, the worker that keeps a Blender between tasks.
 
-A part is the least that is done and kept by itself; a task of a job does one part or several. Whoever does them, a script at once
-or a task of a job, goes through the same functions, and so does who collects them.
+A work item is the least that is rendered and kept by itself; a task of a job renders one or several. Scripts and tasks render and
+collect them by the same functions; what is here only stores and resumes.
 """

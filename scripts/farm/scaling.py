@@ -33,7 +33,7 @@ LOOKS = ("picture", "specular", "lambert", "oren_nayar_0", "oren_nayar_0.2", "or
 ERROR_MAP = "error_map"
 FARM_TASKS, FARM_MACHINES = 10_000, (1, 10, 100, 1000)
 AGAIN = 5  # how often what is short is timed
-WORK = {"one": 5.0, "two": 4.0, "killed": 6.0, "parts": 6.0}
+WORK = {"one": 5.0, "two": 4.0, "killed": 6.0, "costs": 6.0}
 
 type Task = dict[str, str | int]
 
@@ -51,7 +51,7 @@ def main() -> int:
 
 
 def scaling(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
-    """Measure, and write and tell what was found."""
+    """Measure, write what was found, and show it."""
     if find_spec("openjd") is None:
         raise BadInput("sessions need the package openjd-cli")
     with tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder, terminal.progress(sum(WORK.values())) as progress:
@@ -65,8 +65,8 @@ def scaling(options: Namespace, output: OutputFolder, terminal: Terminal) -> Non
         with progress.step("Two sessions, one killed", WORK["killed"]):
             wait["killed"] = timed(lambda: job.side_by_side(0.5 * wait["two"]))
         killed = job.collected("killed")
-        with progress.step("Parts of the time", WORK["parts"]):
-            parts = job.parts()
+        with progress.step("What the time is spent on", WORK["costs"]):
+            costs = job.costs()
     found = {
         "cores": os.cpu_count(),
         "load": os.getloadavg() if hasattr(os, "getloadavg") else None,
@@ -74,12 +74,12 @@ def scaling(options: Namespace, output: OutputFolder, terminal: Terminal) -> Non
         "tasks": len(job.tasks),
         "seconds": wait,
         "same_records": {"two": pair == alone, "killed": killed == alone},
-        "parts": parts,
-        "farm": farm(parts, len(job.tasks)),
+        "costs": costs,
+        "farm": farm(costs, len(job.tasks)),
     }
     output.write_json(options.out.name, found)
     output.publish()
-    tell(found, terminal)
+    show(found, terminal)
     terminal.say(f"Wrote {options.out}")
 
 
@@ -137,7 +137,7 @@ class Job:
         (self.folder / "output").rename(self.folder / name)
         return [{key: value for key, value in record.items() if key != "render_seconds"} for record in found]
 
-    def parts(self) -> dict[str, float]:
+    def costs(self) -> dict[str, float]:
         """Return what the time of a session is made of [s] and what it moves [bytes], each by itself."""
         session = self.folder / "session"
         session.mkdir()
@@ -153,7 +153,7 @@ class Job:
         collect = least(lambda: script("task.py", "collect", self.folder, *at))
         script("task.py", "end", self.folder, *at)
         shutil.rmtree(session)
-        kept = [path for path in (self.folder / "output" / "parts").rglob("*") if path.is_file()]
+        kept = [path for path in (self.folder / "output" / "items").rglob("*") if path.is_file()]
         code = [path for path in (self.folder / "true_diffuse").rglob("*") if path.is_file()]
         return {
             "start_seconds": start,
@@ -179,19 +179,19 @@ def script(name: str, *arguments: str | Path) -> None:
         raise BadInput(f"{name}: {' '.join((result.stderr or result.stdout).split())[-300:]}")
 
 
-def farm(parts: dict[str, float], tasks_per_scene: int) -> list[dict[str, float]]:
+def farm(costs: dict[str, float], tasks_per_scene: int) -> list[dict[str, float]]:
     """Return what FARM_TASKS take on so many machines, on paper: seconds [s], and shares of 1.
 
     A machine does its share one after the other, each scene's tasks together; collect waits for all. `start_share` is what starting
     Blender and building scenes takes of a machine's time, `start_share_alone` were both done for every task.
     """
     found = []
-    work = parts["task_seconds"] + parts["map_seconds"] / len(LOOKS)
-    collect = parts["start_seconds"] + FARM_TASKS * parts["collect_seconds_per_task"]
+    work = costs["task_seconds"] + costs["map_seconds"] / len(LOOKS)
+    collect = costs["start_seconds"] + FARM_TASKS * costs["collect_seconds_per_task"]
     for machines in FARM_MACHINES:
         share = FARM_TASKS / machines
-        start = parts["start_seconds"] + math.ceil(share / tasks_per_scene) * parts["scene_seconds"]
-        each = parts["start_seconds"] + parts["scene_seconds"]
+        start = costs["start_seconds"] + math.ceil(share / tasks_per_scene) * costs["scene_seconds"]
+        each = costs["start_seconds"] + costs["scene_seconds"]
         seconds = start + share * work + collect
         found.append(
             {
@@ -201,13 +201,13 @@ def farm(parts: dict[str, float], tasks_per_scene: int) -> list[dict[str, float]
                 "start_share_alone": each / (each + work),
                 "collect_share": collect / seconds,
                 "efficiency": FARM_TASKS * work / (machines * seconds),
-                "bytes": machines * parts["bundle_bytes"] + FARM_TASKS * parts["result_bytes_per_task"],
+                "bytes": machines * costs["bundle_bytes"] + FARM_TASKS * costs["result_bytes_per_task"],
             }
         )
     return found
 
 
-def tell(found: dict[str, Any], terminal: Terminal) -> None:
+def show(found: dict[str, Any], terminal: Terminal) -> None:
     """Show what was found."""
     for name, text in (
         ("one", "One session"),
@@ -217,7 +217,7 @@ def tell(found: dict[str, Any], terminal: Terminal) -> None:
         terminal.say(f"{text}: {found['seconds'][name]:.1f} s for {found['tasks']} tasks on {found['cores']} cores")
     same = all(found["same_records"].values())
     terminal.say(f"Merged records: {'the same, one by one' if same else 'DIFFERENT'}, times aside")
-    for name, value in found["parts"].items():
+    for name, value in found["costs"].items():
         terminal.say(f"{name}: {value:.3g}")
     columns = ("Machines", "", "Hours", "Starting", "were it for every task", "Collect", "Efficiency", "GB moved")
     rows = [

@@ -57,16 +57,16 @@ def _expensive(curves: Sequence[Record], forms: Sequence[Record]) -> Record:
         if own:
             ratio = _ratio(curve, own[0])
             ratios.setdefault(curve["engine"], []).append(ratio)
-            way = curve["label"].removeprefix("Rough Diffuse, ")
+            variant = curve["label"].removeprefix("Rough Diffuse, ")
             measured.append(
-                f"{curve['scene']}, {LABELS[curve['engine']]}, {way}: {ratio:.2f} times the time of Blender's Diffuse BSDF."
+                f"{curve['scene']}, {LABELS[curve['engine']]}, {variant}: {ratio:.2f} times the time of Blender's Diffuse BSDF."
             )
     if not ratios:
         return {"claim": "Oren-Nayar is too expensive for games", "measured": measured, "verdict": None}
     least = max(min(values) for values in ratios.values())
     verdict = "False" if least <= CHEAP else "True"
     verdict += (
-        f": in every engine measured there is a mode that takes at most {least:.2f} times as long as Blender's own Diffuse BSDF."
+        f": in every engine measured there is a quality that takes at most {least:.2f} times as long as Blender's own Diffuse BSDF."
     )
     return {"claim": "Oren-Nayar is too expensive for games", "measured": measured, "verdict": verdict}
 

@@ -12,14 +12,14 @@ from statistics import fmean, stdev
 
 FLAT = 0.03  # errors of all sample counts within this share of each other show no noise
 SLOPES = (0.05, 2.0)  # that are looked for
-FEWEST = 3  # sample counts that a slope can be told from
+FEWEST = 3  # sample counts that a slope can be fitted to
 STEPS = 80  # of the search, which makes its interval 2^-50 of what it was
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 @dataclass(frozen=True)
 class Fit:
-    """error(n)^2 = floor^2 + (noise n^-slope)^2, as shares of 1; `slope` and `noise` are None where there is no noise to tell."""
+    """error(n)^2 = floor^2 + (noise n^-slope)^2, as shares of 1; `slope` and `noise` are None where the errors show no noise."""
 
     floor: float
     noise: float | None

@@ -52,12 +52,12 @@ HOW = (
     "Errors below 0.01 % are drawn at it. A dotted line at the right shows the floor.",
     "Time to an error is the fixed part of a frame and as many samples as the fit asks for, one at least. Never: the floor lies "
     "above. An asterisk: it takes more samples than were measured, or lies below the reference's noise.",
-    "Gray at the bottom of a diagram is the reference's own noise: nothing can be told there.",
+    "Gray at the bottom of a diagram is the reference's own noise: nothing below it can be measured.",
     "Shaders are compiled once, in the first render of each material, which is in no curve. The driver's disk cache is off.",
     "EEVEE's Principled BSDF is its Diffuse BSDF where a surface is matt, so it is in the sphere alone, and its Diffuse BSDF "
     "ignores Roughness. In the characters and the face EEVEE ends at 64 samples, as 256 take minutes.",
-    "Realtime draws the models themselves, without a mode; it has no bounces, its world lights through everything, and what is not "
-    "a True Diffuse material it draws as Lambert. On the sphere all its samples are at the pixel's center, so that one tells all.",
+    "Realtime draws the models themselves, at one quality; it has no bounces, its world lights through everything, and what is not "
+    "a True Diffuse material it draws as Lambert. On the sphere all its samples are at the pixel's center, so that one is enough.",
     "Times hold for this machine alone. Compare choices, not machines.",
 )
 
@@ -73,7 +73,7 @@ def html(document: Record) -> str:
         where += f"; times are of {len(others)} different machines"
     parts = [
         "<h1>What an error costs</h1>",
-        "<p>Rough Diffuse and Subsurface in each engine and mode, beside what Blender has instead: error against render time.</p>",
+        "<p>Rough Diffuse and Subsurface in each engine and quality, beside what Blender has: error against render time.</p>",
         f'<p class="soft">{escape(where)}{". A quick run: few samples and repeats." if document["options"]["quick"] else ""}</p>',
         "<h2>Which to take</h2>",
         *_advice(document),
@@ -236,7 +236,7 @@ def _stability(found: Sequence[Record], shaders: Sequence[Record]) -> list[str]:
             )
             for one in shaders
         )
-        names = ("Home", "Model", "Inputs", "Count", "Relative error", "Absolute error", "As asked", "Finite, not negative")
+        names = ("Target", "Model", "Inputs", "Count", "Relative error", "Absolute error", "As asked", "Finite, not negative")
         lines += ["<details><summary>GLSL and OSL in 32-bit floats</summary>", _table(names, body, 3), "</details>"]
     return lines
 

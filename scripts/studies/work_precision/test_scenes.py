@@ -6,7 +6,7 @@
 - five: the five characters as an artist renders them, with shadows, sky and bounces, all in one material.
 - face: one head of skin against the light, without bounces.
 
-The last two are held against Cycles with many samples, twice with other random numbers, which tells that reference's own error.
+The last two are held against Cycles with many samples, twice with other random numbers, which gives that reference's own error.
 """
 
 import math
@@ -148,7 +148,7 @@ class Sphere(TestScene):
         self.variants = self.select(used, quick)
         eevee = {1: 2, 16: 1} if quick else {1: 3, 4: 3, 16: 3, 64: 3, 256: 2}
         cycles = {1: 2, 4: 2, 16: 2, 64: 2} if quick else FULL
-        # Realtime's samples are all at the pixel's center here, so that there is nothing to tell beyond the first
+        # Realtime's samples are all at the pixel's center here, so that the first gives all
         self.ladders = {EEVEE.key: eevee, CYCLES.key: cycles, REALTIME.key: {1: 2 if quick else 3}}
         self.costs = {EEVEE.key: Cost(0.9, 0.015, 3.0), CYCLES.key: Cost(0.1, 0.003, 0.1), REALTIME.key: Cost(0.05, 0.001, 0.1)}
         self._expected: dict[str, error.Analytic] = {}
@@ -196,7 +196,7 @@ class Furnace(Sphere):
         self.costs = {**self.costs, EEVEE.key: Cost(0.9, 0.015, 0.5)}
 
     def prepare(self) -> None:
-        """Nothing is chosen: the world is no lamp."""
+        """Nothing is chosen: the world is not a light."""
 
     def expected(self, measured: MeasuredModel) -> error.Analytic:
         """Return the share of the world's light that a model reflects, at every measurable pixel."""
@@ -316,13 +316,13 @@ class Face(TestScene):
 
 
 class Silent:
-    """A `Progress` that tells nobody."""
+    """A `Progress` that nobody sees."""
 
     def step(self, text: str, work: float) -> AbstractContextManager[None]:
         return nullcontext()
 
     def within(self, work: float) -> None:
-        """Tell nobody."""
+        """Show nothing."""
 
 
 def mean(takes: Takes) -> array[float]:

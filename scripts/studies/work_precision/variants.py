@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who takes part: the groups' qualities and models, and what a user would pick of Blender's own instead.
+"""What is rendered: the groups' qualities and models, and what a user would pick of Blender's own instead.
 
 All materials take their color from the mesh's paint, so that one shader serves every scene.
 """
@@ -78,7 +78,7 @@ class Variant:
 def rough(used: Sequence[Engine], quick: bool, sunlit: bool) -> list[Variant]:
     """Return who renders a rough surface: the paper's model in every quality, then the others, then Blender's own.
 
-    `sunlit`: by one lamp, which the quality Lamps needs.
+    `sunlit`: by one light, which Exact for Chosen Lights needs.
     """
     found = []
     for engine, qualities in QUALITIES.items():
