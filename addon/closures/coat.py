@@ -10,7 +10,7 @@ import math
 from ..models.fresnel import boundary
 from ..models.geometry import clamp
 
-HEAD_ON, GRAZING, SLOPE = 3.1, (0.2, 1.6, 2.4), 0.5
+NORMAL_INCIDENCE, GRAZING, SLOPE = 3.1, (0.2, 1.6, 2.4), 0.5
 
 
 def mean_cosine(mu: float, roughness: float) -> float:
@@ -20,9 +20,9 @@ def mean_cosine(mu: float, roughness: float) -> float:
     A + B + C = 1 - alpha / (1 + 3.1 alpha): our fit to GGX, F within 0.02 at index 1.4. Both are clamped to [0, 1].
     """
     mu, alpha = clamp(mu, 0.0, 1.0), clamp(roughness, 0.0, 1.0) ** 2
-    head_on = 1.0 - alpha / (1.0 + HEAD_ON * alpha)
+    at_normal = 1.0 - alpha / (1.0 + NORMAL_INCIDENCE * alpha)
     a, b = alpha * alpha / (GRAZING[0] + alpha * (GRAZING[1] + GRAZING[2] * alpha)), SLOPE * alpha
-    return math.sqrt(a + mu * (b + mu * (head_on - a - b)))
+    return math.sqrt(a + mu * (b + mu * (at_normal - a - b)))
 
 
 def mean_fresnel(mu: float, roughness: float, eta: float) -> float:

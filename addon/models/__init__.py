@@ -49,7 +49,7 @@ from .half_space import (
     van_de_hulst_inverse,
 )
 from .lambert import Lambert
-from .medium import MEDIA, Channel, Medium
+from .medium import MEDIA, Channel
 from .oren_nayar import OrenNayar
 from .oren_nayar_1994 import OrenNayar1994
 from .pitted import Pitted
@@ -58,50 +58,6 @@ from .quadrature import average_albedo, directional_albedo
 from .registry import MODELS, ReflectanceModel, by_formula, by_label, by_number, register, unregister
 from .skin import TONES, Skin
 from .wolff import Wolff
-
-__all__ = (
-    "EDGE_WIDTH_10_90",
-    "EDGE_WIDTH_25_75",
-    "MEDIA",
-    "MODELS",
-    "TONES",
-    "Burley",
-    "Channel",
-    "CyclesDiffuse",
-    "Eon",
-    "Formula",
-    "Fujii",
-    "Lambert",
-    "Medium",
-    "Model",
-    "OrenNayar",
-    "OrenNayar1994",
-    "Pitted",
-    "ReflectanceModel",
-    "Skin",
-    "Specular",
-    "StandardDipole",
-    "Wolff",
-    "average_albedo",
-    "by_formula",
-    "by_label",
-    "by_number",
-    "diffuse_albedo",
-    "diffuse_albedo_fit",
-    "diffuse_mfp",
-    "directional_albedo",
-    "plane_albedo",
-    "register",
-    "searchlight_dmfp",
-    "searchlight_mfp",
-    "single_diffuse_albedo",
-    "single_plane_albedo",
-    "single_scattering_albedo",
-    "single_scattering_albedo_fit",
-    "unregister",
-    "van_de_hulst",
-    "van_de_hulst_inverse",
-)
 
 for _module in iter_modules(__path__):
     _model = getattr(import_module(f"{__name__}.{_module.name}"), "MODEL", None)

@@ -3,6 +3,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 from .geometry import clamp, geometry
 from .registry import CyclesClosures, MaterialX, Osl, ReflectanceModel
@@ -14,6 +15,8 @@ from .vector import Vector
 class Lambert:
     """L_r = (rho / pi) E0 (N.L): the same from every view. Directional albedo: rho."""
 
+    constants: ClassVar[tuple[float, ...]] = ()
+
     def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
         """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho is clamped to [0, 1]."""
         g = geometry(n, l, v)
@@ -22,11 +25,6 @@ class Lambert:
     def average_albedo(self, albedo: float) -> float:
         """Return rho."""
         return albedo
-
-    @property
-    def constants(self) -> tuple[float, ...]:
-        """None."""
-        return ()
 
 
 class LambertTerms(Terms):

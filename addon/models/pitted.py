@@ -19,6 +19,7 @@ of it on the opening.
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 from .geometry import Geometry, azimuth, clamp, geometry
 from .registry import Glsl, MaterialX, Osl, ReflectanceModel
@@ -69,6 +70,8 @@ class Pitted:
     Brightest towards the light. rho is the albedo of the wall, so the surface is darker than rho: a pit is a trap.
     """
 
+    constants: ClassVar[tuple[float, ...]] = ()
+
     def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
         """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho of the wall is clamped to [0, 1]."""
         g = geometry(n, l, v)
@@ -80,11 +83,6 @@ class Pitted:
     def average_albedo(self, albedo: float) -> float:
         """Return rho / (2 - rho)."""
         return albedo / (2.0 - albedo)
-
-    @property
-    def constants(self) -> tuple[float, ...]:
-        """None."""
-        return ()
 
 
 def once(l: Vector, mu: float) -> float:

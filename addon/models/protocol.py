@@ -23,5 +23,5 @@ class Formula(Model, Protocol):
 
     @property
     def constants(self) -> tuple[float, ...]:
-        """The up to four numbers that the GLSL function STEM_coefficients returns, which depend on the shape parameter alone."""
+        """The up to four numbers that depend on the shape parameter alone, as the GLSL function STEM_coefficients returns them."""
         ...

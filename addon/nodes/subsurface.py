@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ..closures.coat import GRAZING, HEAD_ON, SLOPE
+from ..closures.coat import GRAZING, NORMAL_INCIDENCE, SLOPE
 from ..closures.quality import FAST
 from ..closures.subsurface_fit import (
     BEAM,
@@ -191,9 +191,9 @@ def coat(graph: Graph, n: Value, base: Value) -> Value:
     roughness = graph.clamp(graph.input(SPECULAR_ROUGHNESS), 0.0, 1.0)
     alpha = roughness * roughness
     mu = graph.clamp(graph.dot(n, graph.geometry("Incoming")), 0.0, 1.0)
-    head_on = 1.0 - alpha / (1.0 + HEAD_ON * alpha)
+    at_normal = 1.0 - alpha / (1.0 + NORMAL_INCIDENCE * alpha)
     a, b = alpha * alpha / (GRAZING[0] + alpha * (GRAZING[1] + GRAZING[2] * alpha)), SLOPE * alpha
-    cosine = graph.maximum(graph.sqrt(a + mu * (b + mu * (head_on - a - b))), 1e-6)
+    cosine = graph.maximum(graph.sqrt(a + mu * (b + mu * (at_normal - a - b))), 1e-6)
     fresnel = 1.0 - transmittance(NodeArithmetic(graph), cosine, graph.clamp(graph.input(IOR), 1.0, 3.0))
     weight = graph.clamp(graph.input(SPECULAR), 0.0, 1.0)
     return graph.mix_shader(graph.clamp(weight * fresnel, 0.0, 1.0), base, graph.glossy(roughness, n))
