@@ -6,41 +6,25 @@ As in the nodes, no operation fails: x / 0 is 0, the square root of a negative n
 """
 
 import math
+import operator
 from collections.abc import Callable, Mapping, Sequence
 
 type Vector = tuple[float, ...]  # three components
 type Plain = float | Vector
 
 
-def add(a: float, b: float) -> float:
-    return a + b
-
-
-def subtract(a: float, b: float) -> float:
-    return a - b
-
-
-def multiply(a: float, b: float) -> float:
-    return a * b
-
-
 def divide(a: float, b: float) -> float:
     return a / b if b != 0.0 else 0.0
-
-
-def multiply_add(a: float, b: float, c: float) -> float:
-    return a * b + c
 
 
 def power(base: float, exponent: float) -> float:
     """Return base^exponent: 0 where it is undefined, infinity where it overflows."""
     try:
-        result = math.pow(base, exponent)
+        return math.pow(base, exponent)
     except ValueError:
         return 0.0
     except OverflowError:
         return math.inf
-    return result
 
 
 def maximum(a: float, b: float) -> float:
@@ -59,24 +43,12 @@ def arccosine(a: float) -> float:
     return math.acos(minimum(maximum(-1.0, a), 1.0))
 
 
-def greater_than(a: float, b: float) -> float:
-    return float(a > b)
-
-
-def less_than(a: float, b: float) -> float:
-    return float(a < b)
-
-
 def dot(a: Vector, b: Vector) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-def length(a: Vector) -> float:
-    return math.sqrt(dot(a, a))
-
-
 def normalize(a: Vector) -> Vector:
-    size = length(a)
+    size = math.hypot(*a)
     return (divide(a[0], size), divide(a[1], size), divide(a[2], size))
 
 
@@ -85,24 +57,24 @@ def cross(a: Vector, b: Vector) -> Vector:
 
 
 SCALARS: Mapping[str, Callable[..., float]] = {
-    "ADD": add,
-    "SUBTRACT": subtract,
-    "MULTIPLY": multiply,
+    "ADD": operator.add,
+    "SUBTRACT": operator.sub,
+    "MULTIPLY": operator.mul,
     "DIVIDE": divide,
-    "MULTIPLY_ADD": multiply_add,
+    "MULTIPLY_ADD": lambda a, b, c: a * b + c,
     "POWER": power,
     "MAXIMUM": maximum,
     "MINIMUM": minimum,
     "SQRT": sqrt,
     "ARCCOSINE": arccosine,
     "COSINE": math.cos,
-    "GREATER_THAN": greater_than,
-    "LESS_THAN": less_than,
+    "GREATER_THAN": lambda a, b: float(a > b),
+    "LESS_THAN": lambda a, b: float(a < b),
     "ABSOLUTE": abs,
 }
 VECTORS: Mapping[str, Callable[..., Plain]] = {
     "DOT_PRODUCT": dot,
-    "LENGTH": length,
+    "LENGTH": lambda a: math.hypot(*a),
     "NORMALIZE": normalize,
     "CROSS_PRODUCT": cross,
 }

@@ -124,7 +124,8 @@ def holds_in(use: Use, owner: Owner, scene: bpy.types.Scene) -> bool:
         for constant, current in ((use.eevee, in_eevee), (use.osl, uses_osl), (use.meter, meter))
     ):
         return False
-    dark = [light for light, shining in zip(chosen_lights.slots(), use.shining, strict=True) if not shining]
-    if any(shines(light, scene) for light in dark):
-        return False
+    if not all(use.shining):
+        dark = [light for light, shining in zip(chosen_lights.slots(), use.shining, strict=True) if not shining]
+        if any(shines(light, scene) for light in dark):
+            return False
     return not use.flat or _is_flat(use.inputs, owner, [scene], now=True)
