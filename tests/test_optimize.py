@@ -559,13 +559,6 @@ def test_edited_groups_are_left_alone() -> None:
     assert result.after is None and "edited" in result.reasons[0] and not is_optimized(node)
 
 
-def test_animated_menu_is_left_alone() -> None:
-    _, node = shown(ROUGH_DIFFUSE)
-    node.inputs["Model"].keyframe_insert("default_value", frame=1)
-    (result,) = optimize_materials()
-    assert result.reasons == ("left alone: a menu of it is linked or animated",) and not is_optimized(node)
-
-
 def test_groups_inside_the_artists_own_are_optimized() -> None:
     sphere, _ = shown(ROUGH_DIFFUSE)
     own = bpy.data.node_groups.new("Own", "ShaderNodeTree")

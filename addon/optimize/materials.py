@@ -17,7 +17,7 @@ from ..nodes.graph import fingerprint, stamp_of
 from .folding import ConstantFoldingGraph, Use
 from .node_count import NodeCount, node_count
 from .reasons import reasons
-from .usage import Owner, constant_inputs, holds_in, scenes_of, tree_of, use_of
+from .usage import Owner, holds_in, scenes_of, tree_of, use_of
 
 
 @dataclass(frozen=True)
@@ -154,9 +154,8 @@ def _problem(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Scen
         return "its node is muted"
     if version != str(group.version):
         return f"its group is of version {version}, not {group.version}"
-    constant = constant_inputs(owner, node)
-    if any(socket.name not in constant for socket in node.inputs if socket.bl_idname == "NodeSocketMenu"):
-        return "a menu of it is linked or animated"
+    if any(socket.is_linked for socket in node.inputs if socket.bl_idname == "NodeSocketMenu"):
+        return "a menu of it is linked to a node"
     if any(tree.get(AS_BUILT) != fingerprint(tree) for tree in _with_groups(node.node_tree)):
         return "its group has been edited, or comes from an older file"
     return ""
