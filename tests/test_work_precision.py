@@ -101,8 +101,10 @@ def two_curves() -> list[dict[str, object]]:
 
 
 def test_curves_say_what_an_error_costs() -> None:
-    cold = [{"scene": "sphere", "engine": "cycles", "label": "Wrong", "samples": 1, "seconds": 0.551}]
-    noisy, wrong = curves.curves(two_curves(), cold, {})
+    first_renders = [
+        {"scene": "sphere", "engine": "cycles", "label": "Wrong", "samples": 1, "seconds": 0.551, "build_seconds": 0.2}
+    ]
+    noisy, wrong = curves.curves(two_curves(), first_renders, {})
     assert [point["samples"] for point in noisy["points"]] == [1, 4, 16, 64, 256]
     first = noisy["points"][0]
     assert (first["error"], first["error_low"], first["error_high"]) == pytest.approx((0.2, 0.18, 0.22))
@@ -112,7 +114,7 @@ def test_curves_say_what_an_error_costs() -> None:
     assert noisy["seconds_to"]["0.02"] == pytest.approx(0.2, rel=1e-3) and noisy["beyond"] == ["0.01", "0.005"]
     assert noisy["seconds_to"]["0.005"] == pytest.approx(1.7, rel=1e-2)
     assert wrong["seconds_to"]["0.05"] == pytest.approx(0.051) and wrong["seconds_to"]["0.02"] is None
-    assert wrong["first_seconds"] == pytest.approx(0.5) and noisy["first_seconds"] is None
+    assert wrong["build_seconds"] == 0.2 and wrong["first_seconds"] == pytest.approx(0.5) and noisy["first_seconds"] is None
     assert [point["pareto"] for point in wrong["points"]] == [True, False, False, False, False]
     assert [point["pareto"] for point in noisy["points"]] == [False, False, False, True, True]  # 0.2 / 8 is the first below 0.03
 
@@ -188,7 +190,7 @@ def document() -> dict[str, object]:
         "options": {"quick": True, "engines": ["cycles"], "scenes": ["sphere"]},
         "scenes": [{"scene": "sphere", "seconds": 0.1, "reference": "a <formula>"}],
         "curves": found,
-        "startup": [],
+        "startup": [{"engine": "cycles", "seconds": 0.5}],
         "stability": list(stability.records()),
         "hard_inputs": [],
         "claims": [{"claim": "a < b", "measured": ["1 < 2"], "verdict": "True"}],
@@ -279,6 +281,6 @@ def test_seed_without_room_is_refused() -> None:
     body, lamp = shaded_floor()
     with (
         render.measurement_scene(bpy.context.scene, body, lamp) as scene,
-        pytest.raises(ValueError, match="a seed of 9 needs as many pixels"),
+        pytest.raises(ValueError, match="a seed of 9 needs 9 pixels of the frame"),
     ):
         render.radiance(scene, engines.EEVEE, 1, 9)

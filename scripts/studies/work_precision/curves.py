@@ -18,8 +18,8 @@ def curves(units: Iterable[Record], first: Iterable[Record], noise: Mapping[str,
 
     `floor` is the model's error, `slope` that of the noise above it; each with the standard error of their means over the repeats.
     `seconds_to` says what an error costs [s], None where no number of samples is enough, `samples_to` how many samples that is;
-    `beyond` lists the tolerances that need more than were measured, or are below the reference's noise. `first_seconds` is what
-    the first render took beyond a later one.
+    `beyond` lists the tolerances that need more than were measured, or are below the reference's noise. `build_seconds` is what
+    its material took to build, `first_seconds` what the first render took beyond a later one; None where they were not measured.
     """
     groups: dict[tuple[object, ...], list[Record]] = {}
     for unit in units:
@@ -34,6 +34,7 @@ def curves(units: Iterable[Record], first: Iterable[Record], noise: Mapping[str,
         hidden = [f"{tolerance:g}" for tolerance in TOLERANCES if tolerance < curve["reference_error"]]
         curve["beyond"] += [key for key in hidden if key not in curve["beyond"] and curve["seconds_to"][key] is not None]
         own = firsts.get((curve["scene"], curve["engine"], curve["label"]))
+        curve["build_seconds"] = None if own is None else own["build_seconds"]
         curve["first_seconds"] = None if own is None else _beyond_later(own, curve["points"])
         found.append(curve)
     for curve in found:
@@ -119,7 +120,7 @@ def glsl(record: Record, model: str, sigma: float) -> Record:
         **{"model": model, "quality": None, "sigma": sigma, "target": model, "reference": "analytic", "reference_error": 0.0},
         "points": [point],
         **{"floor": error, "floor_uncertainty": None, "slope": None, "slope_uncertainty": None, "noise": None},
-        **{"seconds_fixed": seconds, "seconds_per_sample": 0.0, "seconds_to": to, "first_seconds": None},
+        **{"seconds_fixed": seconds, "seconds_per_sample": 0.0, "seconds_to": to, "build_seconds": None, "first_seconds": None},
         **{"samples_to": {key: None if value is None else 1.0 for key, value in to.items()}, "beyond": []},
     }
 

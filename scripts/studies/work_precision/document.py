@@ -7,7 +7,7 @@ import json
 from collections.abc import Sequence
 
 from true_diffuse.addon.measure.record import Record
-from true_diffuse.scripts.studies.work_precision import claims, curves, page, run, stability, startup_time
+from true_diffuse.scripts.studies.work_precision import claims, curves, page, run, stability
 from true_diffuse.scripts.studies.work_precision.journal import Notes
 from true_diffuse.scripts.studies.work_precision.variants import SIGMA
 
@@ -44,7 +44,7 @@ def files(about: Record, journal: Notes) -> tuple[dict[str, str], list[str]]:
         **about,
         "scenes": list(journal.of(run.BUILD)),
         "curves": found,
-        "startup": startup_time.records(found, journal),
+        "startup": list(journal.of(run.STARTUP)),
         "stability": list(stability.records()),
         "hard_inputs": [record for one in journal.of(run.HARD_INPUTS) for record in one["records"]],
         "claims": claims.records(found, list(journal.of(run.FORM)), list(journal.of(run.LUMINANCE))),

@@ -81,7 +81,7 @@ def html(document: Record) -> str:
     built = {one["scene"]: one for one in document["scenes"]}
     for name in document["options"]["scenes"]:
         parts += _scene(name, built[name], [curve for curve in curves if curve["scene"] == name])
-    parts += ["<h2>Startup, first and later renders</h2>", *_startup(document["startup"])]
+    parts += ["<h2>Startup, first and later renders</h2>", *_startup(document)]
     parts += ["<h2>Hard inputs</h2>", *_stability(document["stability"], document["hard_inputs"])]
     parts += ["<h2>What the paper claims</h2>", *_claims(document["claims"])]
     parts += ["<h2>How it is measured</h2>", "<ul>", *(f"<li>{escape(text)}</li>" for text in HOW), "</ul>"]
@@ -189,30 +189,23 @@ def _plus_minus(value: float, uncertainty: float | None) -> str:
     return f"{value:.2g}" if uncertainty is None else f"{value:.2g} ± {uncertainty:.1g}"
 
 
-def _startup(parts: Sequence[Record]) -> list[str]:
-    lines = ["<p>Once, before the first picture:</p>"]
-    once = [(escape(one["what"].capitalize()), _place(one), seconds(one["seconds"])) for one in parts if one["label"] is None]
-    lines.append(_table(("What", "Where", "Time"), once, 2))
-    lines.append(
+def _startup(document: Record) -> list[str]:
+    once = [("Start-up", LABELS[one["engine"]], seconds(one["seconds"])) for one in document["startup"]]
+    once += [("Scene build", escape(TITLES[one["scene"]][0]), seconds(one["seconds"])) for one in document["scenes"]]
+    lines = [
+        "<p>Once, before the first picture:</p>",
+        _table(("What", "Where", "Time"), once, 2),
         "<p>For each material: building it, what its first render takes beyond a later one (compiling its shaders, in the order of "
-        "this study: what an earlier scene has compiled is not compiled again), and what every frame takes.</p>"
-    )
-    groups: dict[tuple[str, str, str], dict[str, str]] = {}
-    for one in parts:
-        if one["label"] is not None:
-            spent = "–" if one["seconds"] is None else seconds(one["seconds"])
-            groups.setdefault((one["scene"], one["engine"], one["label"]), {})[one["what"]] = spent
-    kinds = ("material build", "shaders", "frame", "sample")
-    rows = [
-        (escape(TITLES[scene][0]), LABELS[engine], escape(label), *(times.get(kind, "–") for kind in kinds))
-        for (scene, engine, label), times in groups.items()
+        "this study: what an earlier scene has compiled is not compiled again), and what every frame takes.</p>",
     ]
+    names = ("build_seconds", "first_seconds", "seconds_fixed", "seconds_per_sample")
+    rows = []
+    for curve in document["curves"]:
+        if curve["engine"] != "glsl":
+            times = ("–" if curve[name] is None else seconds(curve[name]) for name in names)
+            rows.append((escape(TITLES[curve["scene"]][0]), LABELS[curve["engine"]], escape(curve["label"]), *times))
     columns = ("Scene", "Engine", "Material", "Build", "First render, beyond", "Frame, fixed", "Each sample")
     return [*lines, "<details><summary>All materials</summary>", _table(columns, rows, 3), "</details>"]
-
-
-def _place(one: Record) -> str:
-    return LABELS[one["engine"]] if one["scene"] is None else escape(TITLES[one["scene"]][0])
 
 
 def _stability(found: Sequence[Record], shaders: Sequence[Record]) -> list[str]:
