@@ -46,6 +46,7 @@ ODD_VECTORS = (
     *((0.0, 0.0, 0.0), (DENORMAL, -DENORMAL, DENORMAL), (0.0, 0.0, 1e-300), (1e-160, 0.0, 1e-160), (1.0, 2.0, 3.0), N),
     *((-0.1, 0.0, 1e30), (1.7e308, -1.7e308, 1.7e308), (math.inf, 0.0, 0.0), (-math.inf, math.nan, 1.0), (math.nan, 0.0, 1.0)),
     (0.0, 0.0, -1.0),
+    *((0.0, 1.0, 6.4e161), (0.0, 1.0, 0.0)),  # a viewer that skims a surface whose normal is the light
 )
 every_maker = pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS.keys())
 

@@ -52,7 +52,7 @@ def once_reflected(g: Geometry) -> float:
     if cos_x < 0.0:
         omega = 2.0 * math.atan2(sin_x * cos_y - cos_x * sin_y, cos_x * cos_y + sin_x * sin_y) / mu_o
     else:
-        slope = q_over_mu_o * cos2 / (sin_x * cos_y + cos_x * sin_y)
+        slope = over(q_over_mu_o * cos2, sin_x * cos_y + cos_x * sin_y)
         omega = 2.0 * math.atan2(slope * mu_o, cos_x * cos_y + sin_x * sin_y) / mu_o
     # sin(2 e_i) + sin(2 e_o) - sin(gamma) = 2 [sin(x) (cos(d) - cos(y)) + cos(y) (sin(x) - sin(y))]
     sines = 2.0 * (q_over_mu_o * sin_x * sin2 / (cos_d + cos_y) + over(q_over_mu_o, sin_x + sin_y) * cos_y * cos2)
