@@ -81,7 +81,7 @@ def test_realtime_is_a_variant_and_can_be_picked(tmp_path: Path, eevee_runs_here
     assert curves["sphere", "Diffuse BSDF (Lambert)"]["floor"] > 0.1  # what is not ours is Lambert's
     assert {one["label"] for one in document["recommendations"] if one["scene"] == "sphere"} == {"Rough Diffuse"}
     choice = choose(document, "sphere", "realtime", "Oren-Nayar", 0.001, roughness=0.33)
-    assert (choice.quality, choice.samples, choice.way) == (None, 1, "GLSL")
+    assert (choice.quality, choice.samples, choice.variant) == (None, 1, "GLSL")
 
 
 @pytest.mark.parametrize(
