@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import linear_regression, median, quantiles
-from typing import Protocol
 
 import bpy
 
@@ -62,18 +61,6 @@ class Setting:
     triangles: float = 1.0
 
 
-class Drawing(Protocol):
-    """What draws frames: `Characters`, or a stand-in for it."""
-
-    def prepare(self, setting: Setting) -> Record:
-        """Have `setting` ready to draw; return its width, height and triangles."""
-        ...
-
-    def frame(self, model: GlslModel) -> Times:
-        """Draw everything with `model` at INPUTS and wait until it is done; return how long that took [s]."""
-        ...
-
-
 class Characters:
     """The five characters before their backdrop, all of one model.
 
@@ -91,7 +78,7 @@ class Characters:
         self._finished = gpu.types.GPUFrameBuffer(color_slots=self._pixel)
 
     def prepare(self, setting: Setting) -> Record:
-        """As `Drawing` has it."""
+        """Have `setting` ready to draw; return its width, height and triangles."""
         self._read(setting.triangles, setting.pixels)
         key = self._cache.lights[0]
         towards = [tuple(Vector(one).normalized()) for one in SUNS[: setting.lights]]
@@ -105,7 +92,10 @@ class Characters:
         return self._size()
 
     def frame(self, model: GlslModel) -> Times:
-        """As `Drawing` has it. Processor time of all threads is the work of a driver that draws there."""
+        """Draw everything with `model` at INPUTS and wait until it is done; return how long that took [s].
+
+        Processor time of all threads is the work of a driver that draws there.
+        """
         shape = model.constants(INPUTS)
         self._cache.materials = {uid: replace(material, model=model, shape=shape) for uid, material in self._materials.items()}
         renderer = self._renderer
@@ -198,29 +188,32 @@ def records(characters: Characters, quick: bool, progress: Progress) -> Iterator
         yield from interleaved(characters, about, AS_BUILT_VARIANTS, rounds, progress.within)
 
 
-def compare(drawing: Drawing, setting: Setting, models: Mapping[str, GlslModel], rounds: int, progress: Progress) -> list[Record]:
+def compare(
+    characters: Characters, setting: Setting, models: Mapping[str, GlslModel], rounds: int, progress: Progress
+) -> list[Record]:
     """Return a record for each of `models` and each clock, after `rounds` in which all take turns, every other one backwards."""
-    about = {"lit_by": f"{setting.lights} sun{'s' * (setting.lights > 1)}", "lights": setting.lights, **drawing.prepare(setting)}
-    text = f"{about['lit_by']}  {about['width']} x {about['height']}  {about['triangles']} triangles"
+    lit_by = f"{setting.lights} sun{'s' * (setting.lights > 1)}"
+    about = {"lit_by": lit_by, "lights": setting.lights, **characters.prepare(setting)}
+    text = f"{lit_by}  {about['width']} x {about['height']}  {about['triangles']} triangles"
     with progress.step(text, _work(models, setting.lights, rounds)):
-        return interleaved(drawing, about, models, rounds, lambda done: progress.within(done * _frame_work(setting.lights)))
+        return interleaved(characters, about, models, rounds, lambda done: progress.within(done * _frame_work(setting.lights)))
 
 
 def interleaved(
-    drawing: Drawing, about: Record, models: Mapping[str, GlslModel], rounds: int, report: Callable[[int], None]
+    characters: Characters, about: Record, models: Mapping[str, GlslModel], rounds: int, report: Callable[[int], None]
 ) -> list[Record]:
     """Return a record for each of `models` and clock: `about`, the median time and its quartiles, and so of each round's ratio.
 
     What is prepared is drawn. `report` is called with how many frames are done.
     """
     for one in models.values():
-        drawing.frame(one)  # counts for nothing, as shaders are compiled in it
+        characters.frame(one)  # counts for nothing, as shaders are compiled in it
     names = list(models)
     rows: list[dict[str, Times]] = []
     for turn in range(rounds):
         row = {}
         for name in names[::-1] if turn % 2 else names:
-            row[name] = drawing.frame(models[name])
+            row[name] = characters.frame(models[name])
             report(turn * len(models) + len(row))
         rows.append(row)
     found = []
@@ -235,12 +228,12 @@ def interleaved(
     return found
 
 
-def growths(drawing: Drawing, by_lights: Sequence[Record], rounds: int, progress: Progress) -> Iterator[Record]:
+def growths(characters: Characters, by_lights: Sequence[Record], rounds: int, progress: Progress) -> Iterator[Record]:
     """Yield how the cost grows with lights, as timed, with pixels and with triangles."""
     yield from growth("lights", [record for record in by_lights if record["model"] in GROWING])
     for what, factors in (("pixels", PIXELS), ("triangles", TRIANGLES)):
         settings = [replace(Setting(GROWTH_LIGHTS), **{what: factor}) for factor in factors]
-        yield from growth(what, [one for setting in settings for one in compare(drawing, setting, GROWING, rounds, progress)])
+        yield from growth(what, [one for setting in settings for one in compare(characters, setting, GROWING, rounds, progress)])
 
 
 def growth(what: str, found: Sequence[Record]) -> Iterator[Record]:

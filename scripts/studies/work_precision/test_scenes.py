@@ -49,6 +49,7 @@ NODES = 48  # cosines at which a furnace's albedo is worked out; it is linear be
 MASK_SAMPLES, INSIDE = 64, 0.999
 REFERENCE_SEEDS = (1001, 1002)  # none of a variant's
 ANALYTIC, CONVERGED = "analytic", "converged"
+SLOW = {1: 3, 4: 3, 16: 2, 64: 1}  # sample counts of EEVEE and Realtime in the characters and the face, and their repeats
 FULL = {1: 3, 4: 3, 16: 3, 64: 3, 256: 2, 1024: 1}  # Cycles' sample counts, and how often each is repeated
 
 type Takes = Sequence[array[float]]  # of a reference
@@ -237,18 +238,15 @@ class Five(TestScene):
         self.scene = self.built.scene
         render.crop(self.scene, render.Region(ROOM, 0, FIVE[0] - ROOM, FIVE[1]))
         self.variants = self.select(used, quick)
-        eevee = {1: 1, 4: 1} if quick else {1: 3, 4: 3, 16: 2, 64: 1}
+        eevee, realtime = ({1: 1, 4: 1}, {1: 1, 16: 1}) if quick else (SLOW, SLOW)
         cycles = {1: 2, 4: 2, 16: 2, 64: 1} if quick else FULL
-        realtime = {1: 1, 16: 1} if quick else {1: 3, 4: 3, 16: 2, 64: 1}
         self.ladders = {EEVEE.key: eevee, CYCLES.key: cycles, REALTIME.key: realtime}
         self.costs = {EEVEE.key: Cost(1.6, 0.5, 4.0), CYCLES.key: Cost(0.25, 0.02, 0.2), REALTIME.key: Cost(0.8, 0.2, 0.3)}
         self.reference_samples = 256 if quick else 2048
         found = [one for one in rough((CYCLES,), True, sunlit=False) if one.quality == BALANCED]
         self.chosen = found[-1]  # OSL, where there is any
-        how = (
-            "with the model's OSL shader, within 0.1 % of equation (1)" if self.chosen.osl else "by lobes, 0.6 % from equation (1)"
-        )
-        self.reference_text = f"Cycles, {how}."
+        osl, lobes = "with the model's OSL shader, within 0.1 % of equation (1)", "by lobes, 0.6 % from equation (1)"
+        self.reference_text = f"Cycles, {osl if self.chosen.osl else lobes}."
 
     @property
     def reference(self) -> Variant:
@@ -279,16 +277,14 @@ class Face(TestScene):
     name = "face"
     title = "Face against the light"
     reference_text = "Cycles, the group Subsurface by Random Walk."
-    reference_samples = 0
     select = staticmethod(translucent)
 
     def __init__(self, used: Sequence[Engine], quick: bool, mesh: bpy.types.Mesh) -> None:
         self.built = face.build(mesh, True, FACE)
         self.head = self.built.heads[BSSRDF]
         self.variants = self.select(used, quick)
-        eevee = {1: 1, 4: 1} if quick else {1: 3, 4: 3, 16: 2, 64: 1}
+        eevee, realtime = ({1: 1, 4: 1}, {1: 1, 16: 1}) if quick else (SLOW, SLOW)
         cycles = {1: 2, 4: 2, 16: 2} if quick else FULL
-        realtime = {1: 1, 16: 1} if quick else {1: 3, 4: 3, 16: 2, 64: 1}
         self.ladders = {EEVEE.key: eevee, CYCLES.key: cycles, REALTIME.key: realtime}
         self.costs = {EEVEE.key: Cost(1.6, 0.5, 2.5), CYCLES.key: Cost(0.06, 0.016, 0.1), REALTIME.key: Cost(0.8, 0.1, 0.3)}
         self.reference_samples = 128 if quick else 4096
