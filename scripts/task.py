@@ -40,7 +40,7 @@ PARAMETERS = ("character", "frame", "engine", "look", "scene", "seed", "variant"
 
 
 def main() -> int:
-    """Run the script; returns the exit status: 1 where a task failed, 2 for what the user can mend."""
+    """Run the script; returns the exit status: 1 where a task failed, 2 for what the user can fix."""
     options = parse(script_arguments())
     try:
         COMMANDS[options.command](options)
@@ -69,7 +69,7 @@ def parse(arguments: list[str]) -> Namespace:
         "render": "render work items; without a choice all that are not done yet",
         "collect": "merge what the work items came to",
         "end": "end the Blender of a session",
-        "serve": "be the Blender of a session",
+        "serve": "run as the Blender of a session",
     }
     for name, text in texts.items():
         command = commands.add_parser(name, help=text, description=text.capitalize(), prog=f"task.py {name}")
@@ -110,7 +110,7 @@ def start(options: Namespace) -> None:
 
 
 def do(options: Namespace) -> None:
-    """Do a task, by the session's Blender or, where there is no session, in this process; say how far it is."""
+    """Do a task in the session's Blender or, without a session, in this process; print its progress."""
     out = (options.out or options.job / "output").absolute()
     given = {name: getattr(options, name) for name in PARAMETERS if getattr(options, name, None) is not None}
     request = {"step": options.command, "out": str(out), "parameters": given}
@@ -129,11 +129,11 @@ def do(options: Namespace) -> None:
 
 
 def by_hand(options: Namespace, request: "Request", show: "Show") -> list[str]:
-    """Do a request in this process, without Blender's chatter; returns what is to say of it. Raises WorkError, BadInput."""
+    """Do a request in this process, without Blender's own output; returns lines to print. Raises WorkError, BadInput."""
     with Terminal() as terminal:
         sys.stdout = terminal.out
         try:
-            return server(options, terminal)(request, show)
+            return request_handler(options, terminal)(request, show)
         except WorkError as error:
             failed = error
         finally:
@@ -142,7 +142,7 @@ def by_hand(options: Namespace, request: "Request", show: "Show") -> list[str]:
 
 
 def in_session(options: Namespace, request: "Request", show: "Show") -> list[str]:
-    """Have the session's Blender do a request; returns what it says of it. Raises WorkError."""
+    """Have the session's Blender do a request; returns lines to print. Raises WorkError."""
     try:
         return worker.ask(options.session, request, show)
     except ConnectionResetError as error:
@@ -158,11 +158,11 @@ def end(options: Namespace) -> None:
 
 
 def serve(options: Namespace) -> None:
-    """Be the Blender of a session."""
+    """Run as the Blender of a session until that ends."""
     if hasattr(signal, "pthread_sigmask"):  # whoever started the session may have blocked it
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    worker.serve(options.session, options.keeper, server(options, Plain()))
+    worker.serve(options.session, options.keeper, request_handler(options, Plain()))
 
 
 class Plain(Terminal):
@@ -172,8 +172,8 @@ class Plain(Terminal):
         self.out = sys.stdout
 
 
-def server(options: Namespace, terminal: Terminal) -> "Callable[[Request, Show], list[str]]":
-    """Start Blender and return what does requests."""
+def request_handler(options: Namespace, terminal: Terminal) -> "Callable[[Request, Show], list[str]]":
+    """Start Blender and return the function that does a request; it returns lines to print. Raises BadInput."""
     document, job = read_job(options)
     if document["study"] == "report":
         os.environ.update(NO_SHADER_CACHE)
@@ -197,7 +197,7 @@ def server(options: Namespace, terminal: Terminal) -> "Callable[[Request, Show],
 
 
 def read_job(options: Namespace) -> tuple[dict[str, Any], str]:
-    """Return what the job orders, its files where this machine has them, and its name in results. Raises BadInput."""
+    """Return the job's document, with paths of this machine, and the digest that names it in results. Raises BadInput."""
     path = options.job / JOB
     try:
         content = path.read_bytes()
@@ -223,7 +223,7 @@ def mapped(path: str, rules: list[dict[str, str]]) -> str:
 
 
 def load_study(document: dict[str, Any], usable: "list[Engine]") -> "CompareJob | ReportJob":
-    """Return who does the tasks of a job's study."""
+    """Return the object that does the tasks of a job."""
     from true_diffuse.scripts.farm.comparison import CompareJob
     from true_diffuse.scripts.farm.report import ReportJob
 

@@ -22,7 +22,7 @@ try:
 except ImportError:
     bars = None
 
-BAD_INPUT = 2  # exit status for anything the user can mend
+BAD_INPUT = 2  # exit status for anything the user can fix
 LOG_LINES = 40  # of Blender's output that are shown after a crash of the script
 
 

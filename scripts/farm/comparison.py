@@ -53,7 +53,7 @@ class CompareJob:
             self.renderer.do(chunk, results, progress)
 
     def collect(self, results: Results, output: OutputFolder) -> list[str]:
-        """Write what the items came to; returns what to say of it. Raises Incomplete, BadInput."""
+        """Write the merged results into `output`; returns lines to print. Raises Incomplete, BadInput."""
         results.check(item.name for chunk in self.spec.chunks() for item in chunk)
         collected = Collected()
         for chunk in self.spec.chunks():

@@ -67,7 +67,7 @@ class JobSpec:
 
     @classmethod
     def from_json(cls, record: Record) -> "JobSpec":
-        """Return what `to_json` made a record of."""
+        """Return the spec of which `to_json` made a record."""
         values: Record = {**record, "engines": tuple(record["engines"]), "scenes": tuple(record["scenes"])}
         return cls(**values)
 
@@ -141,7 +141,7 @@ class ReportJob:
                     results.keep(item.name, *self._render(item, results, progress))
 
     def _render(self, item: WorkItem, results: Results, progress: Callable[[float], Progress]) -> Rendered:
-        """Return what an item comes to; `progress` of its work [s] wants to know how far it is."""
+        """Return the record and files of an item; `progress(work)` returns the Progress of so much work [s]."""
         engine = ENGINES[item.engine]
         if engine not in self.used:
             raise RuntimeError(f"{engine.label} does not run on this machine")
@@ -190,7 +190,7 @@ class ReportJob:
         return run.Remaining(scene, units)
 
     def collect(self, results: Results, output: OutputFolder) -> list[str]:
-        """Write the report of each character; returns what to say of it. Raises Incomplete, BadInput."""
+        """Write the report of each character into `output`; returns lines to print. Raises Incomplete, BadInput."""
         items = list(self.spec.items())
         results.check(item.name for item in items)
         said = []

@@ -133,7 +133,7 @@ def begin(session: Path, command: Sequence[str | Path]) -> None:
 
 
 def ask(session: Path, request: Request, show: Show) -> list[str]:
-    """Have the worker do what is asked, and return what it says of it.
+    """Have the worker do a request, and return the lines that it prints of it.
 
     Raises WorkError where it fails, ConnectionError where it is not there or dies.
     """

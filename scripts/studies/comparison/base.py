@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is asked for, the work items it is made of, who renders them, and what they come to.
+"""Job specs, the work items they consist of, the renderer of these, and the collected results.
 
 A work item is the least that is rendered and kept by itself: the picture of a scene in an engine, or the measurement of one look.
 """
@@ -60,7 +60,7 @@ class JobSpec(ABC):
     """How many frames' meshes whoever renders keeps at a time."""
 
     maps: ClassVar[tuple[str, ...]] = ()
-    """What is drawn of the looks' measurements, after these."""
+    """Pictures that are drawn of the looks' measurements, by name."""
 
     def to_json(self) -> Record:
         """Return it as JSON holds it."""
@@ -68,7 +68,7 @@ class JobSpec(ABC):
 
     @classmethod
     def from_json(cls, record: Record) -> Self:
-        """Return what `to_json` made a record of."""
+        """Return the spec of which `to_json` made a record."""
         values: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in record.items()}
         return cls(**values)
 
@@ -102,7 +102,7 @@ class JobSpec(ABC):
 
 @dataclass
 class Collected:
-    """What work items come to together: a record for each look, how pictures were rendered, and with what."""
+    """The merged results of work items: a record for each look, how pictures were rendered, and the environments."""
 
     records: list[Record] = field(default_factory=list)
     pictures: list[Record] = field(default_factory=list)
@@ -142,7 +142,7 @@ class Renderer[Spec: JobSpec](ABC):
                     outcomes.keep(item.name, *self.render(item, frames, outcomes, progress))
 
     def render(self, item: WorkItem, frames: Sequence[Frame], outcomes: Outcomes, progress: Progress) -> Rendered:
-        """Return what an item comes to; `frames` are those whose meshes are worth keeping."""
+        """Return the record and files of an item; `frames` are those whose meshes to keep in memory."""
         engine = ENGINES[item.engine]
         if item.look in self.spec.maps:
             return self.draw_map(item, outcomes, progress)
@@ -190,7 +190,7 @@ class Renderer[Spec: JobSpec](ABC):
         """Set what was picked for an engine beside its samples."""
 
     def draw_map(self, item: WorkItem, outcomes: Outcomes, progress: Progress) -> Rendered:
-        """Return what is drawn of measurements."""
+        """Return the picture that is drawn of measurements."""
         raise NotImplementedError
 
     @abstractmethod
