@@ -224,8 +224,8 @@ def compare_five(options: Namespace, chosen: list["Engine"], output: OutputFolde
     choices = _pick(options, chosen, terminal)
     spec = five_spec(options, [engine.key for engine in chosen], choices)
     collected = _render(Renderer(spec, chosen), options, output, terminal)
-    got = _got(options, choices, collected.records, terminal)
-    document = {**collected.document(), "options": vars_of(options)} | ({"choices": got} if got else {})
+    reached = _reached(options, choices, collected.records, terminal)
+    document = {**collected.document(), "options": vars_of(options)} | ({"choices": reached} if reached else {})
     output.write_json("compare.json", document)
     written = output.publish()
     terminal.table("Error against the analytic model, key light alone", *five.table(collected.records))
@@ -277,7 +277,7 @@ def _pick(options: Namespace, chosen: list["Engine"], terminal: Terminal) -> dic
     return choices
 
 
-def _got(
+def _reached(
     options: Namespace, choices: Mapping[str, "Choice"], records: list["Record"], terminal: Terminal
 ) -> dict[str, dict[str, object]]:
     """Return what was picked and what came of it, by engine, and say so: the largest error of the rough characters."""

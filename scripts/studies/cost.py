@@ -96,7 +96,7 @@ void main() {{
 
 
 @dataclass(frozen=True)
-class Look:
+class TimedMaterial:
     """A material of the group, and where it is timed."""
 
     engine: Engine
@@ -106,60 +106,60 @@ class Look:
     osl: bool = False
 
 
-LOOKS = (
-    *(Look(EEVEE, quality, "Oren-Nayar", shadows=False) for quality in (FAST, BALANCED, PRECISE, CHOSEN_LIGHTS)),
-    *(Look(EEVEE, quality, "Oren-Nayar") for quality in (FAST, BALANCED)),
-    *(Look(CYCLES, BALANCED, model) for model in ("Oren-Nayar", "Fujii", "EON", "Cycles Diffuse")),
-    Look(CYCLES, CHOSEN_LIGHTS, "Oren-Nayar"),
-    Look(CYCLES, BALANCED, "Oren-Nayar", osl=True),
+TIMED_MATERIALS = (
+    *(TimedMaterial(EEVEE, quality, "Oren-Nayar", shadows=False) for quality in (FAST, BALANCED, PRECISE, CHOSEN_LIGHTS)),
+    *(TimedMaterial(EEVEE, quality, "Oren-Nayar") for quality in (FAST, BALANCED)),
+    *(TimedMaterial(CYCLES, BALANCED, model) for model in ("Oren-Nayar", "Fujii", "EON", "Cycles Diffuse")),
+    TimedMaterial(CYCLES, CHOSEN_LIGHTS, "Oren-Nayar"),
+    TimedMaterial(CYCLES, BALANCED, "Oren-Nayar", osl=True),
 )
 
 
 def groups(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine], progress: Progress) -> Iterator[Record]:
-    """Yield, for each look and scene, its render time and that of Blender's own Diffuse BSDF of the same roughness, in turns.
+    """Yield, for each material and scene, its render time and that of Blender's Diffuse BSDF of the same roughness, interleaved.
 
     The sphere under its sun, filling the frame and without bounces, is little but the material; the five characters are what an
-    artist renders. Each look and scene is one unit of work to `progress`.
+    artist renders. Each material and scene is one unit of work to `progress`.
     """
     own, node = materials.create_plain("Diffuse BSDF")
     node.inputs["Roughness"].default_value = SIGMA
-    for look in LOOKS:
-        if look.engine not in used:
+    for timed in TIMED_MATERIALS:
+        if timed.engine not in used:
             continue
 
-        def of_sphere(material: bpy.types.Material, look: Look = look) -> float:
-            return sphere.radiance(material, [sphere.sun], None, look.engine, SAMPLES[look.engine], look.shadows)[0]
+        def of_sphere(material: bpy.types.Material, timed: TimedMaterial = timed) -> float:
+            return sphere.radiance(material, [sphere.sun], None, timed.engine, SAMPLES[timed.engine], timed.shadows)[0]
 
-        def of_five(material: bpy.types.Material, look: Look = look) -> float:
+        def of_five(material: bpy.types.Material, timed: TimedMaterial = timed) -> float:
             for character in five.characters:
                 character.subject.material_slots[0].material = material
-            five.scene.eevee.use_shadows = look.shadows
-            engines.use(five.scene, look.engine, SAMPLES_OF_FIVE[look.engine])
+            five.scene.eevee.use_shadows = timed.shadows
+            engines.use(five.scene, timed.engine, SAMPLES_OF_FIVE[timed.engine])
             start = time.perf_counter()
             render.render(five.scene)
             return time.perf_counter() - start
 
         for scene, sun, seconds_of in ((sphere.scene, sphere.sun, of_sphere), (five.scene, five.key, of_five)):
             chosen_lights.choose([sun])
-            scene.cycles.shading_system = look.osl
-            material = materials.create(look.quality, ROUGH_DIFFUSE, Model=look.model, Quality=look.quality, Roughness=SIGMA)
+            scene.cycles.shading_system = timed.osl
+            material = materials.create(timed.quality, ROUGH_DIFFUSE, Model=timed.model, Quality=timed.quality, Roughness=SIGMA)
             where = "sphere" if scene is sphere.scene else "five characters"
-            with progress.step(f"{look.engine.label}  {look.quality}  {look.model}  {where}", 1.0):
-                mine, theirs = _in_turns(seconds_of, material, own)
+            with progress.step(f"{timed.engine.label}  {timed.quality}  {timed.model}  {where}", 1.0):
+                mine, theirs = _interleaved(seconds_of, material, own)
             yield {
                 "scene": where,
-                "target": "osl" if look.osl else "nodes",
-                "engine": look.engine.key,
-                "quality": look.quality,
-                "model": look.model,
-                "shadows": look.shadows,
+                "target": "osl" if timed.osl else "nodes",
+                "engine": timed.engine.key,
+                "quality": timed.quality,
+                "model": timed.model,
+                "shadows": timed.shadows,
                 "render_seconds": median(mine),
                 "own_seconds": median(theirs),
                 "ratio": median(a / b for a, b in zip(mine, theirs, strict=True)),
             }
 
 
-def _in_turns(
+def _interleaved(
     seconds_of: Callable[[bpy.types.Material], float], first: bpy.types.Material, second: bpy.types.Material
 ) -> tuple[list[float], list[float]]:
     """Return the seconds of either in ROUNDS turns, after one that counts for nothing, as shaders are compiled in it."""
@@ -170,7 +170,7 @@ def _in_turns(
 
 def work(used: Sequence[Engine]) -> int:
     """Return how many units of work `forms` and `groups` have."""
-    return (EEVEE in used) + 2 * sum(look.engine in used for look in LOOKS)
+    return (EEVEE in used) + 2 * sum(timed.engine in used for timed in TIMED_MATERIALS)
 
 
 def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
