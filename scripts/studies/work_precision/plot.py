@@ -77,7 +77,7 @@ def svg(curves: Sequence[Record], title: str) -> str:
     points = [point for curve in curves for point in curve["points"]]
     reference = max(curve["reference_error"] for curve in curves)
     errors = [max(LEAST, error) for point in points for error in (point["error_low"], point["error_high"])]
-    errors += [curve["floor"] for curve in curves if curve["floor"] > 0.1 * min(errors)]
+    errors += [max(LEAST, curve["floor"]) for curve in curves if curve["floor"] > 0.1 * min(errors)]
     x = Axis([t for point in points for t in (point["seconds_low"], point["seconds_high"])], LEFT, WIDTH - RIGHT)
     y = Axis([*errors, TOLERANCES[-1]], HEIGHT - BOTTOM, TOP)
     lines = [
