@@ -38,10 +38,9 @@ class Notes:
         self.units: dict[Key, Record] = {}
         self.pictures: dict[str, array[float]] = {}
 
-    def add(self, key: Key, record: Record) -> Record:
-        """Keep a finished unit; returns it."""
+    def add(self, key: Key, record: Record) -> None:
+        """Keep a finished unit."""
         self.units[key] = record
-        return record
 
     def keep_picture(self, name: str, rgb: array[float]) -> None:
         """Keep a picture, before its unit is."""
@@ -87,10 +86,10 @@ class Journal(Notes):
         whole.write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
         whole.replace(self.folder / UNITS)
 
-    def add(self, key: Key, record: Record) -> Record:
+    def add(self, key: Key, record: Record) -> None:
         self._file.write(json.dumps({"key": key, "record": record}) + "\n")
         self._file.flush()
-        return super().add(key, record)
+        super().add(key, record)
 
     def keep_picture(self, name: str, rgb: array[float]) -> None:
         (self.folder / PICTURE.format(name)).write_bytes(rgb.tobytes())
