@@ -11,10 +11,10 @@ import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from .fujii import K1, K2, SHAPE, Fujii, FujiiTerms, energy_deficit, fujii_average_albedo, fujii_directional_albedo
+from .fujii import K1, K2, SHAPE, Fujii, FujiiTerms, energy_deficit, fujii_average_albedo
 from .geometry import Geometry, clamp, geometry
 from .registry import ROUGHNESS, CyclesClosures, Glsl, MaterialX, Osl, ReflectanceModel
-from .terms import Expansion, Light, Number
+from .terms import FLOATS, Expansion, Light, Number
 from .vector import Vector
 
 
@@ -34,13 +34,12 @@ class Eon:
 
     def multiple(self, g: Geometry, albedo: float) -> float:
         """Return the radiance of what is reflected more than once [W/(m^2 sr)] for E0 = 1 W/m^2 and an `albedo` rho in [0, 1]."""
-        lost = 1.0 - self.average
-        if lost <= 0.0:  # Lambert: nothing is left to reflect again
-            return 0.0
-        rho_ms = albedo * albedo * self.average / (1.0 - albedo * lost)
-        missing_i = max(0.0, 1.0 - fujii_directional_albedo(self.roughness, g.mu_i))
-        missing_o = max(0.0, 1.0 - fujii_directional_albedo(self.roughness, g.mu_o))
-        return rho_ms / math.pi * g.mu_i * missing_i * missing_o / lost
+        a, r = self.base.constants
+        rho_ms = albedo * albedo * self.average / (1.0 - albedo * (1.0 - self.average))
+        deficit_i = max(0.0, energy_deficit(FLOATS, g.mu_i, math.sqrt(1.0 - g.mu_i * g.mu_i)))
+        deficit_o = max(0.0, energy_deficit(FLOATS, g.mu_o, math.sqrt(1.0 - g.mu_o * g.mu_o)))
+        # 1 - E is A r times the deficit, 1 - <E> is A r (K1 - K2)
+        return rho_ms / math.pi * g.mu_i * (a * r * deficit_i * deficit_o / (K1 - K2))
 
     def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
         """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho is clamped to [0, 1]."""

@@ -21,15 +21,6 @@ K1 = 0.5 - 2.0 / (3.0 * math.pi)
 K2 = 2.0 / 3.0 - 28.0 / (15.0 * math.pi)
 
 
-def fujii_directional_albedo(roughness: float, mu: float) -> float:
-    """Return E(mu) = A (1 + r G(mu) / pi) of Fujii's model at rho = 1; `roughness` r in [0, 1], `mu` a cosine in [0, 1]."""
-    sine = math.sqrt(max(0.0, 1.0 - mu * mu))
-    # The paper's (sin / mu)(1 - sin^3) without its 0 / 0 at mu = 0: 1 - sin = mu^2 / (1 + sin).
-    g = sine * (math.acos(min(1.0, mu)) - sine * mu)
-    g += 2.0 / 3.0 * sine * (mu * (1.0 + sine + sine * sine) / (1.0 + sine) - 1.0)
-    return (1.0 + roughness * g / math.pi) / (1.0 + K1 * roughness)
-
-
 def fujii_average_albedo(roughness: float) -> float:
     """Return <E> = A (1 + K2 r) of Fujii's model at rho = 1; `roughness` r in [0, 1]."""
     return (1.0 + K2 * roughness) / (1.0 + K1 * roughness)
@@ -76,6 +67,7 @@ def shape(l: Vector, mu: float) -> float:
 
 def energy_deficit(ops: Arithmetic, mu: Number, sine: Number) -> Number:
     """Return (1 - E(mu)) / (A r) = K1 - G(mu) / pi, which Fujii's model reflects too little of light from the angle of `mu`."""
+    # The paper's (sin / mu)(1 - sin^3) without its 0 / 0 at mu = 0: 1 - sin = mu^2 / (1 + sin).
     cubic = mu * (1.0 + sine + sine * sine) / (1.0 + sine)
     g = sine * (ops.arccosine(mu) - sine * mu + 2.0 / 3.0 * (cubic - 1.0))
     return K1 - g * (1.0 / math.pi)

@@ -38,9 +38,7 @@ class Arithmetic(Protocol):
         ...
 
 
-class FloatArithmetic:
-    """The `Arithmetic` of plain floats."""
-
+class _FloatArithmetic:
     def minimum(self, a: float, b: float) -> float:
         return min(a, b)
 
@@ -63,6 +61,10 @@ class FloatArithmetic:
         return float(a < b)
 
 
+FLOATS = _FloatArithmetic()
+"""The arithmetic of plain floats."""
+
+
 @dataclass(frozen=True)
 class View:
     """A surface and its viewer: the albedo `color` rho in [0, 1], `mu` = N.V in [0, 1], and the sine of that angle."""
@@ -75,7 +77,7 @@ class View:
 
 def float_view(mu: float, albedo: float) -> View:
     """Return the view at N.V = `mu` of a surface of one albedo, both in [0, 1]."""
-    return View(FloatArithmetic(), albedo, mu, math.sqrt(max(0.0, 1.0 - mu * mu)))
+    return View(FLOATS, albedo, mu, math.sqrt(max(0.0, 1.0 - mu * mu)))
 
 
 class Light:
