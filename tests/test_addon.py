@@ -36,15 +36,15 @@ def test_add_group_needs_a_shader_editor() -> None:
 
 
 @pytest.mark.usefixtures("registered")
-def test_choose_lamps_takes_the_selected_lights() -> None:
-    assert not bpy.ops.true_diffuse.choose_lamps.poll()  # no light
+def test_use_selected_lights_chooses_the_selected_lights() -> None:
+    assert not bpy.ops.true_diffuse.use_selected_lights.poll()  # no light
     for _ in range(5):
         bpy.ops.object.light_add(type="POINT")
     bpy.ops.object.select_all(action="DESELECT")
-    assert not bpy.ops.true_diffuse.choose_lamps.poll()  # too many
+    assert not bpy.ops.true_diffuse.use_selected_lights.poll()  # too many
     chosen = bpy.context.object
     chosen.select_set(True)
-    assert bpy.ops.true_diffuse.choose_lamps() == {"FINISHED"}
+    assert bpy.ops.true_diffuse.use_selected_lights() == {"FINISHED"}
     drivers = LIGHTS.ensure().animation_data.drivers
     followed = {target.id for curve in drivers for variable in curve.driver.variables for target in variable.targets}
     assert followed == {chosen, chosen.data}

@@ -268,7 +268,7 @@ def test_match_converts_what_the_engines_read_differently_and_aligns_settings() 
         bpy.context.object.data.materials.append(one)
     scene = bpy.context.scene
     scene.eevee.light_threshold = 0.01
-    assert bpy.ops.true_diffuse.match_engines(mode="Precise") == {"FINISHED"}
+    assert bpy.ops.true_diffuse.match_engines(quality="Precise") == {"FINISHED"}
     groups = {one.name for one in bpy.data.materials if any(node.type == "GROUP" for node in one.node_tree.nodes)}
     assert groups == {"Rough", "Waxy"} and scene.eevee.light_threshold == 0.0
     assert rough.node_tree.nodes[ROUGH_DIFFUSE.name].inputs["Quality"].default_value == "Precise"

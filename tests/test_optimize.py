@@ -484,7 +484,7 @@ def test_operators_are_undone_and_redone() -> None:
     shown(ROUGH_DIFFUSE)
     assert not bpy.ops.true_diffuse.restore.poll()
     bpy.ops.ed.undo_push(message="before")
-    assert bpy.ops.true_diffuse.simplify() == {"FINISHED"}
+    assert bpy.ops.true_diffuse.optimize() == {"FINISHED"}
     bpy.ops.ed.undo_push(message="after")
 
     def optimized() -> bool:  # undo makes new pointers

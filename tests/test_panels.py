@@ -49,14 +49,14 @@ def test_panel_shows_the_sockets_a_plot_and_the_buttons(group) -> None:
     for engine in ("BLENDER_EEVEE", "CYCLES", "BLENDER_WORKBENCH"):
         bpy.context.scene.render.engine = engine
         layout = drawn(material)
-        assert shown <= set(layout.texts) and ("Mean Free Path [mm]" in layout.texts) == (group is SUBSURFACE)
+        assert shown <= set(layout.texts) and ("Subsurface Radius [mm]" in layout.texts) == (group is SUBSURFACE)
         assert "plot" in layout.offered
-        for name in ("measure", "use_tolerance", "simplify", "restore"):
+        for name in ("measure", "pick_settings", "optimize", "restore"):
             assert any(entry.startswith(f"true_diffuse.{name}") for entry in layout.offered)
 
 
 def test_panel_without_a_group_of_ours_offers_one() -> None:
-    assert "true_diffuse.convert Use True Diffuse" in drawn(materials.create_plain("Plain")[0]).offered
+    assert "true_diffuse.convert" in drawn(materials.create_plain("Plain")[0]).offered
     assert drawn(None).texts == ["No material"]
 
 
@@ -108,9 +108,9 @@ def test_panel_says_that_a_material_is_simplified() -> None:
     bpy.ops.mesh.primitive_cube_add()
     material = clay()
     bpy.context.object.data.materials.append(material)
-    assert "Simplified" not in drawn(material).texts
+    assert "Optimized" not in drawn(material).texts
     optimize_materials()
-    assert "Simplified" in drawn(material).texts
+    assert "Optimized" in drawn(material).texts
 
 
 @pytest.mark.parametrize("kind", [None, "NodeSocketColor"])
@@ -234,25 +234,25 @@ def light(name: str) -> bpy.types.Object:
     return item
 
 
-def test_lamps_are_picked_from_a_list() -> None:
+def test_lights_are_chosen_from_a_list() -> None:
     lights, material = [light(f"Lamp {k}") for k in range(5)], clay(Quality="Exact for Chosen Lights")
-    assert "true_diffuse.toggle_lamp Lamp 1" in drawn(material).offered
+    assert "true_diffuse.toggle_light Lamp 1" in drawn(material).offered
     for name in ("Lamp 1", "Lamp 3", "Lamp 0"):
-        assert bpy.ops.true_diffuse.toggle_lamp(light=name) == {"FINISHED"}
+        assert bpy.ops.true_diffuse.toggle_light(light=name) == {"FINISHED"}
     assert chosen_lights.chosen() == [lights[1], lights[3], lights[0]]
-    assert "true_diffuse.toggle_lamp Lamp 3 chosen" in drawn(material).offered
-    assert bpy.ops.true_diffuse.toggle_lamp(light="Lamp 3") == {"FINISHED"}
+    assert "true_diffuse.toggle_light Lamp 3 chosen" in drawn(material).offered
+    assert bpy.ops.true_diffuse.toggle_light(light="Lamp 3") == {"FINISHED"}
     assert chosen_lights.chosen() == [lights[1], lights[0]]
-    bpy.ops.true_diffuse.toggle_lamp(light="Lamp 3")
-    bpy.ops.true_diffuse.toggle_lamp(light="Lamp 2")
-    with pytest.raises(RuntimeError, match="up to 4 lights"):
-        bpy.ops.true_diffuse.toggle_lamp(light="Lamp 4")
+    bpy.ops.true_diffuse.toggle_light(light="Lamp 3")
+    bpy.ops.true_diffuse.toggle_light(light="Lamp 2")
+    with pytest.raises(RuntimeError, match="At most 4 lights"):
+        bpy.ops.true_diffuse.toggle_light(light="Lamp 4")
     with pytest.raises(RuntimeError, match="no light Sun"):
-        bpy.ops.true_diffuse.toggle_lamp(light="Sun")
+        bpy.ops.true_diffuse.toggle_light(light="Sun")
     assert len(chosen_lights.chosen()) == 4
 
 
-def test_deleted_lamps_drop_out() -> None:
+def test_deleted_lights_are_not_chosen_any_more() -> None:
     first, second = light("First"), light("Second")
     bpy.context.view_layer.update()
     chosen_lights.choose([first, second])
@@ -268,7 +268,7 @@ def test_preset_gives_the_node_its_values() -> None:
     with bpy.context.temp_override(material=material):
         assert bpy.ops.true_diffuse.apply_preset(key="marble") == {"FINISHED"}
     assert node.inputs["IOR"].default_value == pytest.approx(1.5)  # Jensen's eta of marble
-    with bpy.context.temp_override(material=clay()), pytest.raises(RuntimeError, match="is of the group Subsurface"):
+    with bpy.context.temp_override(material=clay()), pytest.raises(RuntimeError, match="preset of the group Subsurface"):
         bpy.ops.true_diffuse.apply_preset(key="marble")
     with bpy.context.temp_override(material=materials.create_plain("Plain")[0]):
         assert not bpy.ops.true_diffuse.apply_preset.poll()
@@ -330,13 +330,13 @@ def test_tolerance_sets_mode_and_samples(tmp_path: Path, monkeypatch: pytest.Mon
     mode = material.node_tree.nodes["Rough Diffuse"].inputs["Quality"]
     for percent, expected in ((4.0, "Balanced"), (1.0, "Precise")):  # never Lamps, which only the artist can know to be right
         scene.true_diffuse.error, scene.eevee.taa_render_samples = percent, 99
-        assert bpy.ops.true_diffuse.use_tolerance() == {"FINISHED"}
+        assert bpy.ops.true_diffuse.pick_settings() == {"FINISHED"}
         assert mode.default_value == expected and scene.eevee.taa_render_samples == 4
         assert instanced.node_tree.nodes["Rough Diffuse"].inputs["Quality"].default_value == expected
     assert measured == [material] * 2
     scene.true_diffuse.error, scene.eevee.taa_render_samples = 0.1, 99
     with pytest.raises(RuntimeError, match=r"Clay.*: EEVEE reaches 0\.5 % at best, with Precise and 4 samples"):
-        bpy.ops.true_diffuse.use_tolerance()
+        bpy.ops.true_diffuse.pick_settings()
     assert mode.default_value == "Precise" and scene.eevee.taa_render_samples == 99
 
 
@@ -348,7 +348,7 @@ def test_tolerance_in_realtime_sets_samples_alone(tmp_path: Path, monkeypatch: p
     monkeypatch.setattr(tolerance_operator, "measure", lambda *_: None)
     scene.render.engine, scene.true_diffuse.error, scene.true_diffuse.samples = REALTIME.identifier, 0.1, 99
     scene.cycles.shading_system = True  # which is Cycles' alone
-    assert bpy.ops.true_diffuse.use_tolerance() == {"FINISHED"}
+    assert bpy.ops.true_diffuse.pick_settings() == {"FINISHED"}
     assert (
         scene.true_diffuse.samples == 4
         and material.node_tree.nodes["Rough Diffuse"].inputs["Quality"].default_value == "Exact for Chosen Lights"
@@ -357,13 +357,13 @@ def test_tolerance_in_realtime_sets_samples_alone(tmp_path: Path, monkeypatch: p
 
 def test_tolerance_refuses_where_there_is_nothing_to_go_by(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(RuntimeError, match=r"run scripts/report\.py"):  # no preferences, as this is no installed extension
-        bpy.ops.true_diffuse.use_tolerance()
+        bpy.ops.true_diffuse.pick_settings()
     monkeypatch.setattr(tolerance_operator, "_report_path", lambda: report(tmp_path, blender="4.2.0"))
     with pytest.raises(RuntimeError, match=r"Blender 4\.2\.0, this is"):
-        bpy.ops.true_diffuse.use_tolerance()
+        bpy.ops.true_diffuse.pick_settings()
     bpy.context.scene.render.engine = "BLENDER_WORKBENCH"
-    with pytest.raises(RuntimeError, match="only EEVEE, Cycles and Realtime"):
-        bpy.ops.true_diffuse.use_tolerance()
+    with pytest.raises(RuntimeError, match="only for EEVEE, Cycles and Realtime"):
+        bpy.ops.true_diffuse.pick_settings()
 
 
 def test_line_covers_its_length_times_its_width() -> None:

@@ -26,11 +26,11 @@ PRINTED = {
 
 def test_there_is_one_for_each_medium_and_tone() -> None:
     kinds = [preset.kind for preset in PRESETS.values() if preset.group is SUBSURFACE]
-    assert kinds == ["Skin"] * len(TONES) + ["Media"] * len(MEDIA)
+    assert kinds == ["Skin"] * len(TONES) + ["Translucent"] * len(MEDIA)
 
 
-def test_rough_matter_is_oren_nayar_s() -> None:
-    rough = {preset.name: preset for preset in PRESETS.values() if preset.kind == "Rough"}
+def test_matte_materials_are_oren_nayar_s() -> None:
+    rough = {preset.name: preset for preset in PRESETS.values() if preset.kind == "Matte"}
     assert set(rough) == {"Chalk", "Clay", "Plaster", "Felt", "Moon"}
     assert all(preset.group is ROUGH_DIFFUSE and preset.inputs["Roughness"] > 0.0 for preset in rough.values())
     # the moon's geometric albedo, which a catalog of planets gives as 0.12; weights of sRGB's luminance

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import bpy
 
-PROBE_SECONDS = 120  # a cold start of Blender on a slow disk; the probe itself takes about two
+PROBE_SECONDS = 120  # a cold start of Blender on a slow disk; usually about two
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def another_blender(code: str) -> list[str]:
 def eevee_runs_here() -> bool:
     """Return whether EEVEE, and with it Realtime, finds a graphics driver.
 
-    Blender's process ends with a crash where there is none, so another process is asked.
+    Blender's process ends with a crash where there is none, so another process tries.
     """
     code = "import bpy, gpu; gpu.init(); gpu.platform.renderer_get()"
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What animates the values of nodes: drivers, and curves of actions."""
+"""The F-curves of nodes: drivers, and curves of actions."""
 
 import re
 
@@ -25,6 +25,6 @@ def of_node(tree: bpy.types.NodeTree, node: bpy.types.Node) -> list[bpy.types.FC
 
 
 def input_of(curve: bpy.types.FCurve) -> int | None:
-    """Return the place among a node's inputs that `curve` changes, None where it changes something else."""
-    found = re.search(r"\]\.inputs\[(\d+)\]", curve.data_path)
-    return int(found[1]) if found else None
+    """Return the index of the node input that `curve` changes, None where it changes something else."""
+    match = re.search(r"\]\.inputs\[(\d+)\]", curve.data_path)
+    return int(match[1]) if match else None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The custom properties by which node trees in a file are known as ours; nothing is imported here, so that handlers are quick."""
+"""Names of the custom properties that mark our node trees in files; nothing is imported here, so that handlers are fast."""
 
 STAMP = "true_diffuse"  # which group: "key/version"
 AS_BUILT = "true_diffuse_as_built"  # `graph.fingerprint` of the tree when it was built

@@ -21,7 +21,7 @@ def compiles_osl() -> bool:
 def compile_osl(node: bpy.types.Node, stem: str) -> None:
     """Make `node`, a Script node, run shaders/STEM.osl; its text is kept in the file.
 
-    Raises RuntimeError with the compiler's words where it does not compile, ImportError where `compiles_osl` is false.
+    Raises RuntimeError with the compiler's messages where it does not compile, ImportError where `compiles_osl` is false.
     """
     bpy.utils.expose_bundled_modules()
     import OpenImageIO  # noqa: F401 - Blender's OSL query needs it loaded first

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the extension keeps in a scene."""
+"""Properties that the extension adds to scenes."""
 
 import bpy
 
@@ -9,7 +9,7 @@ class TrueDiffuseScene(bpy.types.PropertyGroup):
 
     error: bpy.props.FloatProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
         name="Error",
-        description="Error to stay below, for which Use Tolerance picks the cheapest mode and samples",
+        description="Error to stay below, for which Pick Settings for Error finds the fastest quality and samples",
         subtype="PERCENTAGE",
         default=2.0,
         min=0.01,
@@ -20,14 +20,14 @@ class TrueDiffuseScene(bpy.types.PropertyGroup):
     )
     samples: bpy.props.IntProperty(  # ty: ignore[invalid-type-form]
         name="Render Samples",
-        description="Samples of every pixel that True Diffuse Realtime takes in final renders",
+        description="Samples per pixel of True Diffuse Realtime in final renders",
         default=16,
         min=1,
         soft_max=256,
     )
     viewport_samples: bpy.props.IntProperty(  # ty: ignore[invalid-type-form]
         name="Viewport Samples",
-        description="Samples of every pixel that True Diffuse Realtime takes in the viewport, one each time it is drawn",
+        description="Samples per pixel of True Diffuse Realtime in the viewport, one per redraw",
         default=16,
         min=1,
         soft_max=256,

@@ -1,22 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an export or import could not carry: said in the console, and in Blender's status bar and Info editor where there are such.
+"""What an export or import could not keep: printed, and reported in Blender's status bar and Info editor where there is a window.
 
-A hook has no operator to report with, and may run in a thread of its own; so the words wait for the main thread to look after them.
+A hook has no operator to report with, and may run in another thread, so its messages wait for the main thread.
 """
 
 from collections import deque
 
 import bpy
 
-PERIOD = 1.0  # s, between two looks
+PERIOD = 1.0  # s, between two reports
 _lines: deque[str] = deque(maxlen=1000)
 
 
-class TRUE_DIFFUSE_OT_say(bpy.types.Operator):
-    """Show what a file cannot hold of True Diffuse materials"""
+class TRUE_DIFFUSE_OT_report(bpy.types.Operator):
+    """Report what a file cannot keep of True Diffuse materials"""
 
-    bl_idname = "true_diffuse.say"
-    bl_label = "Report of True Diffuse"
+    bl_idname = "true_diffuse.report"
+    bl_label = "True Diffuse Report"
     bl_options = {"INTERNAL"}
 
     text: bpy.props.StringProperty()  # ty: ignore[invalid-type-form] - how Blender's properties are declared
@@ -34,21 +34,21 @@ def add(material: str, text: str) -> None:
 
 
 def take() -> list[str]:
-    """Return all that was noted since the last call."""
+    """Return all notes since the last call."""
     taken = list(_lines)
     _lines.clear()
     return taken
 
 
 def show() -> float:
-    """Report what was noted; returns, as timers do, when to be called again [s]."""
+    """Report all notes; returns the time until the next call [s], as Blender's timers want it."""
     for line in take():
-        bpy.ops.true_diffuse.say(text=line)
+        bpy.ops.true_diffuse.report(text=line)
     return PERIOD
 
 
 def register() -> None:
-    bpy.utils.register_class(TRUE_DIFFUSE_OT_say)
+    bpy.utils.register_class(TRUE_DIFFUSE_OT_report)
     if not bpy.app.background:
         bpy.app.timers.register(show, persistent=True)
 
@@ -56,4 +56,4 @@ def register() -> None:
 def unregister() -> None:
     if bpy.app.timers.is_registered(show):
         bpy.app.timers.unregister(show)
-    bpy.utils.unregister_class(TRUE_DIFFUSE_OT_say)
+    bpy.utils.unregister_class(TRUE_DIFFUSE_OT_report)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Watches what comes from our asset library, so that its materials share one copy of each group with those that are there.
+"""Lets materials that are appended from our asset library share one copy of each group with the file.
 
-Blender copies a group along with each material it appends. The copies' users are given to the group of the file, so that the copies
-are gone when the file is saved. A group that its user has changed, here or there, stays its own.
+Blender copies a group along with each material it appends. The users of the copies get the file's own groups, so that saving
+drops the copies. A group that somebody has edited, in the file or in the library, is left alone.
 """
 
 from pathlib import Path

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lamps that are deleted drop out of the mode Lamps: their drivers would keep the last values, for a light that is no more."""
+"""Removes deleted lights from the chosen lights: their drivers would keep the last values."""
 
 import bpy
 
 
 @bpy.app.handlers.persistent
 def drop_deleted(_scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph) -> None:
-    """Let the mode Lamps follow what is left of the chosen lamps, where an object has been deleted since the last call."""
+    """Clear the slots of deleted lights, if an object has been deleted since the last call."""
     global count
     before, count = count, len(bpy.data.objects)
     if count < before:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The asset library: a material of each preset and the node groups, with pictures, in Blender's Asset Browser.
 
-It is made from code where it is wanted, by another Blender, so that the open file is left alone: its shaders are then those that
-this Blender has, and the package need not carry it.
+Another Blender builds it from code when the user asks for it, so that the open file does not change. So its shaders are those of
+this Blender, and the package need not contain it.
 """
 
 import shutil
@@ -21,12 +21,12 @@ from .presets import PRESETS, picture
 NAME = "True Diffuse"
 CATALOG_FILE = "blender_assets.cats.txt"
 SECONDS = 300  # for another Blender to start and write; it takes some 5
-# Assets know their catalog by this: never to change. The first is the one that the others are in
+# Assets refer to their catalog by UUID: never to change. The first is the parent of the others
 CATALOG = "edf3a7c9-4aa3-4d11-9d10-74f0a2fe9b18"
 CATALOGS = {
-    "Rough": "177c47a7-8a42-4e5f-bb5e-2f5b6d8cc6fb",
+    "Matte": "177c47a7-8a42-4e5f-bb5e-2f5b6d8cc6fb",
     "Skin": "09d77d29-734a-4949-b55a-76ca822f8e76",
-    "Media": "ace95597-95d6-476c-8e30-ea2a78c85a2e",
+    "Translucent": "ace95597-95d6-476c-8e30-ea2a78c85a2e",
     "Node Groups": "8aa8c868-2b93-4bbc-a0ed-aaa255793197",
 }
 WORKER = """
@@ -46,7 +46,7 @@ class AssetsFailed(Exception):
     """The library cannot be made; the message is one line for the user."""
 
 
-def place() -> Path:
+def folder() -> Path:
     """Return the folder for the library, in the user's own; raises ValueError in a checkout, which has none."""
     return Path(bpy.utils.extension_path_user(PACKAGE, path="assets"))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's own Diffuse, Principled and Subsurface Scattering BSDFs made into True Diffuse groups that look as Cycles shows them.
+"""Blender's Diffuse, Principled and Subsurface Scattering BSDFs converted to True Diffuse groups that look the same in Cycles.
 
 - Diffuse BSDF: Rough Diffuse with the model Cycles Diffuse, which is the node's own in Cycles, or Lambert at Roughness 0.
 - Principled BSDF: Subsurface, or Rough Diffuse where it has neither highlight nor subsurface scattering. Its Specular IOR Level L
@@ -25,7 +25,7 @@ from ..closures.subsurface_fit import Fed
 from ..models import MODELS
 from ..nodes import ROUGH_DIFFUSE, SUBSURFACE, Group
 from ..nodes.graph import STAMP
-from .materials import Setting, add_group, materials_of, refusal, set_inputs, set_thickness
+from .materials import Setting, add_group, locked_reason, materials_of, set_inputs, set_thickness
 
 MILLIMETERS = 1000.0  # in a meter
 UNKNOWN_COLOR = 0.5
@@ -46,7 +46,7 @@ MINOR = {"Sheen Weight": "sheen", "Anisotropic": "anisotropy", "Thin Film Thickn
 CONVERTIBLE = {"BSDF_DIFFUSE", "BSDF_PRINCIPLED", "SUBSURFACE_SCATTERING"}
 
 
-class Refused(Exception):
+class ConversionError(Exception):
     """A node cannot be converted; the message says why, in a few words."""
 
 
@@ -60,8 +60,8 @@ class Report:
 
 
 @dataclass(frozen=True)
-class Feed:
-    """An output that feeds a socket, a vector times `factor` if there is one."""
+class Source:
+    """An output linked to a socket, multiplied by the vector `factor` if there is one."""
 
     source: bpy.types.NodeSocket
     factor: tuple[float, ...] | None = None
@@ -73,14 +73,14 @@ class Plan:
 
     group: Group
     values: dict[str, Setting] = field(default_factory=dict)
-    feeds: dict[str, Feed] = field(default_factory=dict)
-    lost: list[str] = field(default_factory=list)
+    sources: dict[str, Source] = field(default_factory=dict)
+    losses: list[str] = field(default_factory=list)
 
     def take(self, socket: bpy.types.NodeSocket, name: str) -> None:
         """Make the group's input `name` what `socket` is: its link, or else its value."""
         source = source_of(socket)
         if source:
-            self.feeds[name] = Feed(source)
+            self.sources[name] = Source(source)
         elif socket.type == "RGBA":
             self.values[name] = tuple(socket.default_value)
         elif name != "Normal":
@@ -88,7 +88,7 @@ class Plan:
 
 
 def source_of(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
-    """Return the output that feeds `socket`, None where nothing does."""
+    """Return the output linked to `socket`, None where there is none."""
     return next((link.from_socket for link in socket.links if link.is_valid and not link.is_muted), None)
 
 
@@ -97,28 +97,28 @@ def is_on(socket: bpy.types.NodeSocket) -> bool:
     return source_of(socket) is not None or socket.default_value > 0.0
 
 
-def diffuse(node: bpy.types.Node, _meter: float, mode: str) -> Plan:
-    """Return what takes the place of a Diffuse BSDF."""
-    plan = Plan(ROUGH_DIFFUSE, {"Quality": mode})
+def diffuse(node: bpy.types.Node, _meter: float, quality: str) -> Plan:
+    """Return the replacement of a Diffuse BSDF."""
+    plan = Plan(ROUGH_DIFFUSE, {"Quality": quality})
     plan.take(node.inputs["Color"], "Color")
     _rough(plan, node.inputs["Roughness"])
     plan.take(node.inputs["Normal"], "Normal")
     return plan
 
 
-def subsurface(node: bpy.types.Node, meter: float, _mode: str) -> Plan:
-    """Return what takes the place of a Subsurface Scattering BSDF."""
+def subsurface(node: bpy.types.Node, meter: float, _quality: str) -> Plan:
+    """Return the replacement of a Subsurface Scattering BSDF."""
     plan = Plan(SUBSURFACE, {"Specular": 0.0})
     lengths = node.inputs["Radius"], node.inputs["Scale"]
     _medium(plan, node.falloff, node.inputs["Color"], *lengths, node.inputs.get("Roughness"), meter)
     plan.take(node.inputs["Normal"], "Normal")
     if node.falloff != "BURLEY" and is_on(node.inputs["Anisotropy"]):
-        plan.lost.append("anisotropy of the scattering")
+        plan.losses.append("anisotropy of the scattering")
     return plan
 
 
-def principled(node: bpy.types.Node, meter: float, mode: str) -> Plan:
-    """Return what takes the place of a Principled BSDF; raises Refused where that would look grossly different."""
+def principled(node: bpy.types.Node, meter: float, quality: str) -> Plan:
+    """Return the replacement of a Principled BSDF; raises ConversionError where it would look grossly different."""
     inputs = node.inputs
     gross = [words for name, words in GROSS.items() if is_on(inputs[name])]
     if source_of(inputs["Alpha"]) or inputs["Alpha"].default_value < 1.0:
@@ -129,11 +129,11 @@ def principled(node: bpy.types.Node, meter: float, mode: str) -> Plan:
     if is_on(inputs["Thin Wall"]) and is_on(inputs["Subsurface Weight"]):
         gross.append("thin walls that light passes")
     if gross:
-        raise Refused(f"has {' and '.join(gross)}")
+        raise ConversionError(f"has {' and '.join(gross)}")
     scatters, mirrors = is_on(inputs["Subsurface Weight"]), is_on(inputs["Specular IOR Level"])
     plan = Plan(SUBSURFACE if scatters or mirrors else ROUGH_DIFFUSE)
     if plan.group is ROUGH_DIFFUSE:
-        plan.values["Quality"] = mode
+        plan.values["Quality"] = quality
         plan.take(inputs["Base Color"], "Color")
     else:
         plan.take(inputs["Subsurface Weight"], "Subsurface")
@@ -145,9 +145,9 @@ def principled(node: bpy.types.Node, meter: float, mode: str) -> Plan:
             plan.take(inputs["Base Color"], "Color")
     _rough(plan, inputs["Diffuse Roughness"])
     plan.take(inputs["Normal"], "Normal")
-    plan.lost += [words for name, words in MINOR.items() if is_on(inputs[name])]
+    plan.losses += [words for name, words in MINOR.items() if is_on(inputs[name])]
     if scatters and node.subsurface_method != "BURLEY" and is_on(inputs["Subsurface Anisotropy"]):
-        plan.lost.append("anisotropy of the scattering")
+        plan.losses.append("anisotropy of the scattering")
     return plan
 
 
@@ -164,11 +164,11 @@ def _highlight(plan: Plan, node: bpy.types.Node) -> None:
     level, ior, tint = (node.inputs[name] for name in ("Specular IOR Level", "IOR", "Specular Tint"))
     plan.take(node.inputs["Roughness"], "Specular Roughness")
     if source_of(tint) or any(value != 1.0 for value in tint.default_value[:3]):
-        plan.lost.append("tint of the highlight")
+        plan.losses.append("tint of the highlight")
     if source_of(level):
         plan.take(level, "Specular")
         plan.take(ior, "IOR")
-        plan.lost.append("Specular IOR Level, which is linked, now weighs the highlight")
+        plan.losses.append("Specular IOR Level, which is linked, now weighs the highlight")
     elif source_of(ior):
         plan.values["Specular"] = min(1.0, 2.0 * level.default_value)
         plan.take(ior, "IOR")
@@ -202,7 +202,7 @@ def _medium(
         plan.take(color, "Color")
         reached = [UNKNOWN_COLOR] * 3
         if falloff != "BURLEY":
-            plan.lost.append("linked Color is reflected in full now, which Cycles' walk was up to a fifth darker than")
+            plan.losses.append("linked Color is reflected in full now, which Cycles' walk was up to a fifth darker than")
     else:
         given = color.default_value[:3]
         reached = [medium_color(feed, value) for value in given]
@@ -219,7 +219,7 @@ def _medium(
     factors = tuple(factor / feed(value).radius for value in reached)
     source = source_of(radius)
     if source:
-        plan.feeds["Subsurface Radius"] = Feed(source, factors)
+        plan.sources["Subsurface Radius"] = Source(source, factors)
     else:
         plan.values["Subsurface Radius"] = tuple(a * b for a, b in zip(radius.default_value, factors, strict=True))
 
@@ -246,21 +246,21 @@ PLANS: Mapping[str, Callable[[bpy.types.Node, float, str], Plan]] = {
 def convert_materials(
     materials: Iterable[bpy.types.Material],
     meter: float,
-    mode: str = BALANCED,
+    quality: str = BALANCED,
     chosen: Callable[[bpy.types.Node], bool] = lambda _node: True,
 ) -> Report:
-    """Convert the nodes that the outputs of `materials` show, those that are `chosen`; returns what was done.
+    """Convert the active nodes of `materials` for which `chosen` is true; returns what was done.
 
-    `meter` is the scene's unit in meters (unit_settings.scale_length), `mode` that of Rough Diffuse.
+    `meter` is the scene's unit in meters (unit_settings.scale_length), `quality` that of Rough Diffuse.
     """
     report = Report()
     for material in dict.fromkeys(materials):
-        nodes = [node for node in shown(material.node_tree) if node.type in CONVERTIBLE and chosen(node)]
-        words = refusal(material)
-        if words:
-            report.lines += [f"{material.name} {words}"] if nodes else []
+        nodes = [node for node in active_nodes(material.node_tree) if node.type in CONVERTIBLE and chosen(node)]
+        reason = locked_reason(material)
+        if reason:
+            report.lines += [f"{material.name} {reason}"] if nodes else []
             continue
-        count, lines = convert_nodes(material.node_tree, nodes, meter, mode)
+        count, lines = convert_nodes(material.node_tree, nodes, meter, quality)
         report.lines += [f"{material.name}: {line}" for line in (*lines, *_inner(material.node_tree))]
         if count:
             report.converted.append(material.name)
@@ -269,7 +269,7 @@ def convert_materials(
 
 
 def convert_nodes(
-    tree: bpy.types.ShaderNodeTree, nodes: Iterable[bpy.types.Node], meter: float, mode: str = BALANCED
+    tree: bpy.types.ShaderNodeTree, nodes: Iterable[bpy.types.Node], meter: float, quality: str = BALANCED
 ) -> tuple[int, list[str]]:
     """Convert `nodes` of `tree`; returns how many were, and lines about those that were not or lost something."""
     count, lines = 0, []
@@ -277,54 +277,54 @@ def convert_nodes(
         name = node.label or node.name
         try:
             if fcurves.of_node(tree, node):
-                raise Refused("is animated")
-            plan = PLANS[node.type](node, meter, mode)
-            made = plan.group.ensure()
-            if made == tree or made.contains_tree(tree):
-                raise Refused("is a part of the group that would replace it")
-        except Refused as reason:
+                raise ConversionError("is animated")
+            plan = PLANS[node.type](node, meter, quality)
+            group = plan.group.ensure()
+            if group == tree or group.contains_tree(tree):
+                raise ConversionError("is a part of the group that would replace it")
+        except ConversionError as reason:
             lines.append(f"{name} {reason} and is left alone")
             continue
         _replace(tree, node, plan)
         count += 1
-        lines += [f"{name} lost: {words}" for words in plan.lost]
+        lines += [f"{name} lost: {loss}" for loss in plan.losses]
     return count, lines
 
 
-def shown(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.Node]:
-    """Return the nodes that an output of `tree` shows, without those that are muted and those inside groups."""
-    found: dict[str, bpy.types.Node] = {}
+def active_nodes(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.Node]:
+    """Return the nodes of `tree` that are linked to an output, without muted nodes and those inside groups."""
+    nodes: dict[str, bpy.types.Node] = {}
     waiting = [node for node in tree.nodes if node.type == "OUTPUT_MATERIAL"]
     while waiting:
         node = waiting.pop()
-        if node.name in found:
+        if node.name in nodes:
             continue
-        found[node.name] = node
+        nodes[node.name] = node
         waiting += [source.node for source in map(source_of, node.inputs) if source]
-    return [node for node in found.values() if not node.mute]
+    return [node for node in nodes.values() if not node.mute]
 
 
 def _inner(tree: bpy.types.ShaderNodeTree) -> Iterator[str]:
     """Yield a line for each group of the user's whose nodes could be converted."""
-    for node in shown(tree):
+    for node in active_nodes(tree):
         inner = node.node_tree if node.type == "GROUP" else None
         if inner and STAMP not in inner and any(part.type in CONVERTIBLE for part in inner.nodes):
             yield f"what is inside the group {inner.name} is left alone"
 
 
 def _replace(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, plan: Plan) -> None:
-    """Put what `plan` says in the place of `node`."""
+    """Replace `node` by the node that `plan` describes."""
     new = add_group(tree, plan.group)
     set_inputs(new, plan.values)
     new.parent, new.location, new.label, new.select = node.parent, node.location, node.label, node.select
-    for name, feed in plan.feeds.items():
-        source = feed.source
-        if feed.factor:
+    for name, linked in plan.sources.items():
+        source = linked.source
+        if linked.factor:
             times = tree.nodes.new("ShaderNodeVectorMath")
             times.operation, times.label = "MULTIPLY", "To Millimeters"
             times.parent, times.location, times.select = node.parent, (node.location.x - 180.0, node.location.y - 260.0), False
             tree.links.new(source, times.inputs[0])
-            times.inputs[1].default_value = feed.factor
+            times.inputs[1].default_value = linked.factor
             source = times.outputs[0]
         tree.links.new(source, new.inputs[name])
     for target, is_muted in [(link.to_socket, link.is_muted) for link in node.outputs[0].links]:
@@ -335,7 +335,7 @@ def _replace(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, plan: Plan) -
 
 
 def differs(node: bpy.types.Node) -> bool:
-    """Return whether EEVEE and Cycles make different things of a convertible node."""
+    """Return whether EEVEE and Cycles shade a convertible node differently."""
     if node.type == "BSDF_DIFFUSE":
         return is_on(node.inputs["Roughness"])
     if node.type == "BSDF_PRINCIPLED":
@@ -343,12 +343,12 @@ def differs(node: bpy.types.Node) -> bool:
     return True
 
 
-def match_engines(scene: bpy.types.Scene, mode: str) -> Report:
-    """Make EEVEE show `scene` as Cycles does, as far as its materials and render settings go; returns what was done."""
-    report = convert_materials(materials_of(scene), scene.unit_settings.scale_length, mode, differs)
+def match_engines(scene: bpy.types.Scene, quality: str) -> Report:
+    """Make EEVEE render `scene` like Cycles, by its materials and render settings; returns what was done."""
+    report = convert_materials(materials_of(scene), scene.unit_settings.scale_length, quality, differs)
     eevee, render = scene.eevee, scene.render
     settings = (
-        (eevee, "light_threshold", 0.0, "Light Threshold is 0, as Cycles cuts no lamp's light off"),
+        (eevee, "light_threshold", 0.0, "Light Threshold is 0, as Cycles cuts off no light"),
         (eevee, "use_shadows", True, "Shadows are on"),
         (render, "filter_size", scene.cycles.filter_width, "Filter Size is that of Cycles"),
         (render, "use_high_quality_normals", True, "High Quality Normals are on"),

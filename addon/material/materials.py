@@ -26,7 +26,7 @@ def create(name: str, group: Group, **inputs: Setting) -> bpy.types.Material:
 def create_osl(name: str, stem: str, **inputs: Setting) -> bpy.types.Material:
     """Return a new material whose surface is the OSL shader shaders/STEM.osl, for Cycles scenes with Open Shading Language on.
 
-    Raises RuntimeError with the compiler's words where it does not compile.
+    Raises RuntimeError with the compiler's messages where it does not compile.
     """
     material = _blank(name)
     node = material.node_tree.nodes.new("ShaderNodeScript")
@@ -112,8 +112,8 @@ def show(material: bpy.types.Material, node: bpy.types.Node) -> None:
     tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
 
 
-def refusal(material: bpy.types.Material) -> str:
-    """Return why the nodes of `material` cannot be changed for good, empty where they can: overrides do not keep them."""
+def locked_reason(material: bpy.types.Material) -> str:
+    """Return why the nodes of `material` cannot be changed, empty where they can; library overrides do not keep changes."""
     if material.override_library is not None:
         return "is a library override"
     return "" if material.is_editable and material.node_tree.is_editable else "is linked from another file"
@@ -121,19 +121,19 @@ def refusal(material: bpy.types.Material) -> str:
 
 def materials_of(scene: bpy.types.Scene) -> list[bpy.types.Material]:
     """Return the materials of `scene`'s objects, each once, with those of the collections that it instances."""
-    found: dict[bpy.types.Object, None] = {}
+    objects: dict[bpy.types.Object, None] = {}
     waiting = list(reversed(scene.objects))
     while waiting:
         item = waiting.pop()
-        if item not in found:
-            found[item] = None
+        if item not in objects:
+            objects[item] = None
             waiting += item.instance_collection.all_objects if item.instance_collection else ()
-    slots = (slot for item in found for slot in item.material_slots)
+    slots = (slot for item in objects for slot in item.material_slots)
     return list(dict.fromkeys(slot.material for slot in slots if slot.material))
 
 
 def paint(material: bpy.types.Material, socket: bpy.types.NodeSocket, attribute: str, albedo: float) -> None:
-    """Feed the color `socket` of `material` with the mesh's color `attribute` (linear, in [0, 1]) times `albedo`."""
+    """Link to the color `socket` of `material` the mesh's color `attribute` (linear, in [0, 1]) times `albedo`."""
     tree = material.node_tree
     source = tree.nodes.new("ShaderNodeAttribute")
     source.attribute_name = attribute

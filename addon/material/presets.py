@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Materials to pick by name: the measured media and tones of skin, as values of the group Subsurface, and rough matter.
+"""Materials to pick by name: the measured media and tones of skin, as values of the group Subsurface, and matte materials.
 
 Media and skin are known under a surface that sends light back inside, which the group's closures lack: see
 closures/subsurface_fit.py. A preset is the medium without such a surface that looks the same: in color, and in how far light gets.
@@ -7,15 +7,15 @@ closures/subsurface_fit.py. A preset is the medium without such a surface that l
 - Color: of the light that entered the object, the share that leaves it, below what the surface mirrors. For media it is the diffuse
   reflectance R_d that H. W. Jensen and others print beside their coefficients, for skin that of `models/skin.py`. Without the
   boundary the same coefficients would be much too light: 0.57 for 0.44 in the red of Skin 1.
-- Mean Free Path: the one with which the diffuse mean free path 1 / sigma_tr is the medium's, as that is how far light gets under a
-  boundary. It is 1 to 2.1 times the measured 1 / sigma_t', with which a shadow's edge would be too sharp.
-- Mean Free Path of skin: light that the epidermis sends back stays near, the more so the darker it is. Hence the geometric mean of
-  the lengths that the dermis would have at the skin's color and at that without melanin: a rule of thumb, too long for the little
-  green and blue that deep skin reflects.
+- Subsurface Radius: the mean free path with which the diffuse mean free path 1 / sigma_tr is the medium's, as that is how far light
+  gets under a boundary. It is 1 to 2.1 times the measured 1 / sigma_t', with which a shadow's edge would be too sharp.
+- Subsurface Radius of skin: light that the epidermis sends back stays near, the more so the darker it is. Hence the geometric mean
+  of the lengths that the dermis would have at the skin's color and at that without melanin: a rule of thumb, too long for the
+  little green and blue that deep skin reflects.
 
 The coat's IOR is that of the coefficients' source. Its weight and roughness are chosen by eye: nobody measured them.
 
-Rough matter is Oren-Nayar's model in the group Rough Diffuse. Its colors and sigmas are by eye; the moon's color is that of its
+Matte materials are Oren-Nayar's model in the group Rough Diffuse. Its colors and sigmas are by eye; the moon's color is that of its
 geometric albedo, 0.12, a little redder than the sun's light.
 """
 
@@ -115,7 +115,7 @@ def _of_medium(medium: Medium) -> Preset:
         f"{medium.name}, measured: 1 / sigma_t' = {measured} mm. H. W. Jensen and others, A Practical Model for Subsurface Light "
         "Transport (2001)"
     )
-    return _preset(medium.name.title(), "Media", description, color, (red, green, blue), medium.eta, COATS[medium.name])
+    return _preset(medium.name.title(), "Translucent", description, color, (red, green, blue), medium.eta, COATS[medium.name])
 
 
 def _of_tone(tone: str, skin: Skin) -> Preset:
@@ -132,7 +132,7 @@ def _of_tone(tone: str, skin: Skin) -> Preset:
 def _rough(name: str, matter: str, color: Rgb, sigma: float) -> Preset:
     description = f"{matter}. Oren-Nayar with sigma = {sigma:g}; color and sigma are by eye"
     inputs = {"Color": (*color, 1.0), "Roughness": sigma}
-    return Preset(_key(name), name, "Rough", description, ROUGH_DIFFUSE, inputs)
+    return Preset(_key(name), name, "Matte", description, ROUGH_DIFFUSE, inputs)
 
 
 _all = (

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Operators that add a node of ours in the Shader Editor."""
+"""Operators that add a True Diffuse node in the Shader Editor."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import bpy
 
-from .context import refused_in_editor
+from .context import locked_reason_in_editor
 
 if TYPE_CHECKING:
     from ..material.materials import Setting
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class AddsNode(bpy.types.Operator):
-    """What operators share that add a node where the mouse is in the Shader Editor."""
+    """Base of operators that add a node at the mouse in the Shader Editor."""
 
     bl_options = {"REGISTER", "UNDO"}
 
@@ -24,10 +24,10 @@ class AddsNode(bpy.types.Operator):
         if space is None or space.type != "NODE_EDITOR" or not isinstance(space.id, bpy.types.Material) or space.edit_tree is None:
             cls.poll_message_set("Open a material in the Shader Editor")
             return False
-        refused = refused_in_editor(context)
-        if refused:
-            cls.poll_message_set(refused)
-        return not refused
+        reason = locked_reason_in_editor(context)
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         context.space_data.cursor_location_from_region(event.mouse_region_x, event.mouse_region_y)

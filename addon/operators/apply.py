@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operator that gives the node that the panels show the values of a preset."""
+"""The operator that applies a preset to the panel's node."""
 
 import bpy
 
@@ -8,7 +8,7 @@ from .presets import PicksPreset
 
 
 class TRUE_DIFFUSE_OT_apply_preset(PicksPreset, bpy.types.Operator):
-    """Give the True Diffuse node the values of a preset; what is linked stays linked"""
+    """Set the True Diffuse node to the values of a preset; linked sockets stay linked"""
 
     bl_idname = "true_diffuse.apply_preset"
     bl_label = "Apply True Diffuse Preset"
@@ -16,16 +16,16 @@ class TRUE_DIFFUSE_OT_apply_preset(PicksPreset, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        from ..material.materials import refusal
+        from ..material.materials import locked_reason
         from ..material.summary import node_summary
 
         node, material = node_of(context), material_of(context)
         if node is None:
             cls.poll_message_set("The material has no True Diffuse node")
             return False
-        refused = refusal(material) if material else ""
-        if refused or not node.id_data.is_editable:
-            cls.poll_message_set(f"The material {refused or 'is linked from another file'}")
+        reason = locked_reason(material) if material else ""
+        if reason or not node.id_data.is_editable:
+            cls.poll_message_set(f"The material {reason or 'is linked from another file'}")
             return False
         if node_summary(node) is None:
             cls.poll_message_set(f"{node.node_tree.name} is of another version")
@@ -39,7 +39,7 @@ class TRUE_DIFFUSE_OT_apply_preset(PicksPreset, bpy.types.Operator):
 
         node, preset = node_of(context), PRESETS[self.key]
         if stamp_of(node)[0] != preset.group.key:
-            self.report({"ERROR"}, f"{preset.name} is of the group {preset.group.label}, the node is not")
+            self.report({"ERROR"}, f"{preset.name} is a preset of the group {preset.group.label}, the node holds another")
             return {"CANCELLED"}
         set_inputs(node, preset.inputs)
         return {"FINISHED"}

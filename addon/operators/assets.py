@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Operators that put the asset library among the user's, and remove it again."""
+"""Operators that add the asset library to the user's libraries, and remove it."""
 
 import bpy
 
@@ -7,7 +7,7 @@ from ..blender.extension import PACKAGE
 
 
 class ChangesAssets(bpy.types.Operator):
-    """What operators share that change the library: nothing of it is in the open file, so nothing is to undo."""
+    """Base of operators that change the library; the open file does not change, so there is nothing to undo."""
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
@@ -18,7 +18,7 @@ class ChangesAssets(bpy.types.Operator):
 
 
 class TRUE_DIFFUSE_OT_add_assets(ChangesAssets):
-    """Make a library of True Diffuse materials and node groups and show it in the Asset Browser; takes some seconds"""
+    """Write a library of True Diffuse materials and node groups for the Asset Browser; takes some seconds"""
 
     bl_idname = "true_diffuse.add_assets"
     bl_label = "Add Asset Library"
@@ -29,19 +29,19 @@ class TRUE_DIFFUSE_OT_add_assets(ChangesAssets):
         if context.window:
             context.window.cursor_set("WAIT")
         try:
-            assets.add(assets.place())
+            assets.add(assets.folder())
         except assets.AssetsFailed as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         finally:
             if context.window:
                 context.window.cursor_set("DEFAULT")
-        self.report({"INFO"}, f"The Asset Browser has the library {assets.NAME}")
+        self.report({"INFO"}, f"The library {assets.NAME} is in the Asset Browser")
         return {"FINISHED"}
 
 
 class TRUE_DIFFUSE_OT_remove_assets(ChangesAssets):
-    """Remove the library of True Diffuse materials from the Asset Browser and from the disk; files that use them keep them"""
+    """Delete the library of True Diffuse materials; files that use its materials keep them"""
 
     bl_idname = "true_diffuse.remove_assets"
     bl_label = "Remove Asset Library"
@@ -49,7 +49,7 @@ class TRUE_DIFFUSE_OT_remove_assets(ChangesAssets):
     def execute(self, context: bpy.types.Context) -> set[str]:
         from ..material import assets
 
-        assets.remove(assets.place())
+        assets.remove(assets.folder())
         return {"FINISHED"}
 
 

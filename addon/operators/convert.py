@@ -1,33 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Operators that make Blender's own materials True Diffuse ones."""
+"""Operators that convert Blender's own materials to True Diffuse."""
 
 from typing import TYPE_CHECKING
 
 import bpy
 
 from ..closures.quality import BALANCED, PRECISE
-from .context import refused_in_editor
+from .context import locked_reason_in_editor
 
 if TYPE_CHECKING:
     from ..material.convert import Report
 
-MODES = (
-    (BALANCED, BALANCED, "EEVEE is near Cycles, for little more render time"),
-    (PRECISE, PRECISE, "EEVEE is nearest to Cycles, for three times the render time and a long wait at first"),
+QUALITIES = (
+    (BALANCED, BALANCED, "EEVEE close to Cycles, for little more render time"),
+    (PRECISE, PRECISE, "EEVEE closest to Cycles, for three times the render time, and slow to start"),
 )
 
 
 class Converts(bpy.types.Operator):
-    """What operators share that convert materials."""
+    """Base of operators that convert materials."""
 
     bl_options = {"REGISTER", "UNDO"}
 
-    mode: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
-        name="Quality", description="How EEVEE makes rough reflection without a highlight", items=MODES
+    quality: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
+        name="Quality", description="Quality of the Rough Diffuse groups", items=QUALITIES
     )
 
-    def tell(self, report: "Report") -> set[str]:
-        """Report what was done, in the Info editor line by line, in the status bar its sum; returns what `execute` does."""
+    def report_conversion(self, report: "Report") -> set[str]:
+        """Report each line in the Info editor and a summary in the status bar; returns what `execute` returns."""
         for line in report.lines:
             self.report({"WARNING"}, line)
         names = report.converted
@@ -39,7 +39,7 @@ class Converts(bpy.types.Operator):
 
 
 class TRUE_DIFFUSE_OT_convert(Converts):
-    """Make the Diffuse, Principled and Subsurface Scattering BSDFs of the selected objects' materials True Diffuse groups"""
+    """Replace the Diffuse, Principled and Subsurface Scattering BSDFs of the selected objects' materials by True Diffuse groups"""
 
     bl_idname = "true_diffuse.convert"
     bl_label = "Convert to True Diffuse"
@@ -55,11 +55,11 @@ class TRUE_DIFFUSE_OT_convert(Converts):
         from ..material import convert
 
         meter = context.scene.unit_settings.scale_length
-        return self.tell(convert.convert_materials(_materials(context), meter, self.mode))
+        return self.report_conversion(convert.convert_materials(_materials(context), meter, self.quality))
 
 
 class TRUE_DIFFUSE_OT_convert_nodes(Converts):
-    """Make the selected Diffuse, Principled and Subsurface Scattering BSDFs True Diffuse groups, with their values and links"""
+    """Replace the selected Diffuse, Principled and Subsurface Scattering BSDFs by True Diffuse groups, with values and links"""
 
     bl_idname = "true_diffuse.convert_nodes"
     bl_label = "Convert to True Diffuse"
@@ -70,11 +70,11 @@ class TRUE_DIFFUSE_OT_convert_nodes(Converts):
         if space is None or space.type != "NODE_EDITOR" or space.edit_tree is None or space.tree_type != "ShaderNodeTree":
             cls.poll_message_set("Open a material in the Shader Editor")
             return False
-        refused = refused_in_editor(context)
-        if refused:
-            cls.poll_message_set(refused)
+        reason = locked_reason_in_editor(context)
+        if reason:
+            cls.poll_message_set(reason)
             return False
-        if not _chosen(space.edit_tree):
+        if not _selected(space.edit_tree):
             cls.poll_message_set("Select a Diffuse, Principled or Subsurface Scattering BSDF")
             return False
         return True
@@ -84,20 +84,20 @@ class TRUE_DIFFUSE_OT_convert_nodes(Converts):
         from ..material.materials import set_thickness
 
         tree, owner = context.space_data.edit_tree, context.space_data.id
-        count, lines = convert.convert_nodes(tree, _chosen(tree), context.scene.unit_settings.scale_length, self.mode)
+        count, lines = convert.convert_nodes(tree, _selected(tree), context.scene.unit_settings.scale_length, self.quality)
         if count and isinstance(owner, bpy.types.Material):
             set_thickness(owner)
-        return self.tell(convert.Report([owner.name] if count else [], lines=lines))
+        return self.report_conversion(convert.Report([owner.name] if count else [], lines=lines))
 
 
 class TRUE_DIFFUSE_OT_match_engines(Converts):
-    """Make EEVEE show the scene as Cycles does: convert the materials that EEVEE reads differently, and align settings"""
+    """Make EEVEE look like Cycles: convert the materials that the engines shade differently, and align render settings"""
 
     bl_idname = "true_diffuse.match_engines"
     bl_label = "Match EEVEE to Cycles"
 
-    mode: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
-        name="Quality", description="How EEVEE makes rough reflection without a highlight", items=MODES, default=PRECISE
+    quality: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
+        name="Quality", description="Quality of the Rough Diffuse groups", items=QUALITIES, default=PRECISE
     )
 
     @classmethod
@@ -110,11 +110,11 @@ class TRUE_DIFFUSE_OT_match_engines(Converts):
     def execute(self, context: bpy.types.Context) -> set[str]:
         from ..material import convert
 
-        return self.tell(convert.match_engines(context.scene, self.mode))
+        return self.report_conversion(convert.match_engines(context.scene, self.quality))
 
 
 def _materials(context: bpy.types.Context) -> list[bpy.types.Material]:
-    """Return the material that the Properties editor shows, elsewhere those of the selected objects."""
+    """Return the Properties editor's material, in other editors the materials of the selected objects."""
     if context.space_data is not None and context.space_data.type == "PROPERTIES":
         material = getattr(context, "material", None)
         return [material] if material else []
@@ -122,7 +122,7 @@ def _materials(context: bpy.types.Context) -> list[bpy.types.Material]:
     return list(dict.fromkeys(slot.material for slot in slots if slot.material))
 
 
-def _chosen(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.Node]:
+def _selected(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.Node]:
     from ..material.convert import CONVERTIBLE
 
     return [node for node in tree.nodes if node.select and node.type in CONVERTIBLE]

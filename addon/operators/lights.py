@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operator that chooses the lamps of the mode Lamps."""
+"""Operators that choose the lights that the quality Exact for Chosen Lights is exact for."""
 
 import bpy
 
 
-class TRUE_DIFFUSE_OT_choose_lamps(bpy.types.Operator):
-    """Make the selected lights, or all of the scene if none is selected, the ones that the mode Lamps is exact for"""
+class TRUE_DIFFUSE_OT_use_selected_lights(bpy.types.Operator):
+    """Make Exact for Chosen Lights exact for the selected lights, or for all lights of the scene if none is selected"""
 
-    bl_idname = "true_diffuse.choose_lamps"
-    bl_label = "Choose Lamps"
+    bl_idname = "true_diffuse.use_selected_lights"
+    bl_label = "Use Selected Lights"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
@@ -27,17 +27,17 @@ class TRUE_DIFFUSE_OT_choose_lamps(bpy.types.Operator):
 
         lights = _lights(context)
         chosen_lights.choose(lights)
-        self.report({"INFO"}, f"Mode Lamps follows {', '.join(light.name for light in lights)}")
+        self.report({"INFO"}, f"Chosen lights: {', '.join(light.name for light in lights)}")
         if chosen_lights.LIGHTS.trees(linked=True):
-            self.report({"WARNING"}, "Materials linked from other files keep the lamps chosen there")
+            self.report({"WARNING"}, "Materials linked from other files keep the lights chosen there")
         return {"FINISHED"}
 
 
-class TRUE_DIFFUSE_OT_toggle_lamp(bpy.types.Operator):
-    """Let the mode Lamps follow this light, or no longer"""
+class TRUE_DIFFUSE_OT_toggle_light(bpy.types.Operator):
+    """Add this light to the chosen lights, or remove it"""
 
-    bl_idname = "true_diffuse.toggle_lamp"
-    bl_label = "Toggle Lamp"
+    bl_idname = "true_diffuse.toggle_light"
+    bl_label = "Toggle Light"
     bl_options = {"REGISTER", "UNDO"}
 
     light: bpy.props.StringProperty(name="Light", description="Name of the light object")  # ty: ignore[invalid-type-form]
@@ -55,7 +55,7 @@ class TRUE_DIFFUSE_OT_toggle_lamp(bpy.types.Operator):
         elif len(chosen) < chosen_lights.SLOTS:
             chosen.append(light)
         else:
-            self.report({"ERROR"}, f"The mode Lamps follows up to {chosen_lights.SLOTS} lights: take another off the list first")
+            self.report({"ERROR"}, f"At most {chosen_lights.SLOTS} lights can be chosen: remove another first")
             return {"CANCELLED"}
         chosen_lights.choose(chosen)
         return {"FINISHED"}
@@ -66,4 +66,4 @@ def _lights(context: bpy.types.Context) -> list[bpy.types.Object]:
     return selected or [item for item in context.scene.objects if item.type == "LIGHT"]
 
 
-CLASSES = (TRUE_DIFFUSE_OT_choose_lamps, TRUE_DIFFUSE_OT_toggle_lamp)
+CLASSES = (TRUE_DIFFUSE_OT_use_selected_lights, TRUE_DIFFUSE_OT_toggle_light)

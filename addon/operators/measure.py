@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operator that measures a material, and what it found in this session."""
+"""The operator that measures a material, and the measurements of this session."""
 
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -16,7 +16,7 @@ measurements: dict[int, "Measurement"] = {}  # by a material's session_uid; they
 
 
 class TRUE_DIFFUSE_OT_measure(bpy.types.Operator):
-    """Render a small probe of the material in the scene's engine: how far it is from the model it claims, and what it costs"""
+    """Measure error, noise and render time of the material: renders a small probe in the scene's engine"""
 
     bl_idname = "true_diffuse.measure"
     bl_label = "Measure This Material"
@@ -50,7 +50,7 @@ class WindowProgress:
 
 
 def measure(operator: bpy.types.Operator, context: bpy.types.Context, material: bpy.types.Material) -> set[str]:
-    """Measure `material` in the context's scene and report what was found; returns what an operator's `execute` does."""
+    """Measure `material` in the context's scene and report the result; returns what an operator's `execute` does."""
     from ..probe import measurement
 
     context.window_manager.progress_begin(0.0, 1.0)

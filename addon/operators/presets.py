@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Operators that pick a preset: as a node in the Shader Editor, as a material of objects."""
+"""Operators that add a preset: as a node in the Shader Editor, or as a material of objects."""
 
 from typing import TYPE_CHECKING
 
@@ -24,7 +24,7 @@ def _items(_operator: bpy.types.Operator, _context: bpy.types.Context | None) ->
 
 
 class PicksPreset:
-    """What operators share that offer the presets."""
+    """Base of operators that offer the presets."""
 
     key: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
         name="Preset",
@@ -49,7 +49,7 @@ class TRUE_DIFFUSE_OT_add_preset(PicksPreset, AddsNode):
 
 
 class TRUE_DIFFUSE_OT_assign_preset(PicksPreset, bpy.types.Operator):
-    """Give the selected objects one new material of a preset, in the place of each one's active material"""
+    """Give the selected objects one new material of a preset, in the active material slot"""
 
     bl_idname = "true_diffuse.assign_preset"
     bl_label = "Assign True Diffuse Preset"
@@ -71,14 +71,14 @@ class TRUE_DIFFUSE_OT_assign_preset(PicksPreset, bpy.types.Operator):
         for item in ours:
             item.active_material = material
         if linked:
-            self.report({"WARNING"}, f"Linked from other files and left alone: {', '.join(item.name for item in linked)}")
+            self.report({"WARNING"}, f"Linked from other files and not changed: {', '.join(item.name for item in linked)}")
         return {"FINISHED"}
 
 
 def _with_surface(context: bpy.types.Context) -> tuple[list[bpy.types.Object], list[bpy.types.Object]]:
-    """Return the objects that a material can be given to, and those it cannot since they are linked from other files.
+    """Return the objects that can get a material, and those that cannot as they are linked from other files.
 
-    They are those selected; in the Properties editor, the one that it shows.
+    They are the selected objects, in the Properties editor its active object.
     """
     in_properties = context.space_data is not None and context.space_data.type == "PROPERTIES"
     items = [context.object] if in_properties and context.object else context.selected_objects

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operator that builds the paper's comparison on the artist's own object."""
+"""The operator that builds the paper's comparison with the artist's own object."""
 
 import bpy
 
@@ -8,7 +8,7 @@ SIZE = (1280, 480)  # pixels
 
 
 class TRUE_DIFFUSE_OT_build_comparison(bpy.types.Operator):
-    """Make a scene with five copies of the active object, from standard specular over Lambert to rough Oren-Nayar, and show it"""
+    """Build a new scene with five copies of the active object, from standard specular through Lambert to rough Oren-Nayar"""
 
     bl_idname = "true_diffuse.build_comparison"
     bl_label = "Build Comparison Scene"
@@ -36,7 +36,7 @@ class TRUE_DIFFUSE_OT_build_comparison(bpy.types.Operator):
         scene.render.engine = context.scene.render.engine
         if context.window:  # a script may have none
             context.window.scene = scene
-        self.report({"INFO"}, f"{scene.name} is a new scene; yours is as it was")
+        self.report({"INFO"}, f"{scene.name} is a new scene; the old scene has not changed")
         return {"FINISHED"}
 
 

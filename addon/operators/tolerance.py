@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operator that picks the cheapest mode and samples for a tolerance."""
+"""The operator that picks the fastest quality and samples for an error."""
 
 from pathlib import Path
 
@@ -9,11 +9,11 @@ from .context import material_of
 from .measure import measure
 
 
-class TRUE_DIFFUSE_OT_use_tolerance(bpy.types.Operator):
-    """Set modes and samples to the cheapest that this machine's report says will do for the error, and measure what came of it"""
+class TRUE_DIFFUSE_OT_pick_settings(bpy.types.Operator):
+    """Set quality and samples to the fastest that stay below the error, by the report of this machine, and measure the material"""
 
-    bl_idname = "true_diffuse.use_tolerance"
-    bl_label = "Use Tolerance"
+    bl_idname = "true_diffuse.pick_settings"
+    bl_label = "Pick Settings for Error"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
@@ -32,7 +32,7 @@ class TRUE_DIFFUSE_OT_use_tolerance(bpy.types.Operator):
         scene, tolerance = context.scene, context.scene.true_diffuse.error / 100.0
         engine = engine_of(scene)
         if engine is None:
-            self.report({"ERROR"}, f"No report knows {scene.render.engine.title()}: only EEVEE, Cycles and Realtime")
+            self.report({"ERROR"}, f"Reports have no data for {scene.render.engine.title()}, only for EEVEE, Cycles and Realtime")
             return {"CANCELLED"}
         try:
             report = read_report(_report_path(), environment([]))
@@ -43,11 +43,11 @@ class TRUE_DIFFUSE_OT_use_tolerance(bpy.types.Operator):
         for text in problems if choices else problems[:-1]:
             self.report({"WARNING"}, text)
         if not choices:
-            self.report({"ERROR"}, problems[-1] if problems else "The scene uses no True Diffuse material with a mode")
+            self.report({"ERROR"}, problems[-1] if problems else "The scene uses no True Diffuse material with a Quality")
             return {"CANCELLED"}
         samples, linked = settings.apply(scene, choices)
         if linked:
-            self.report({"WARNING"}, f"Linked from other files and left alone: {', '.join(linked)}")
+            self.report({"WARNING"}, f"Linked from other files and not changed: {', '.join(linked)}")
         picked = ", ".join(dict.fromkeys(choice.variant for choice in choices.values()))
         expected = max(choice.expected_error for choice in choices.values())
         self.report(
@@ -68,4 +68,4 @@ def _report_path() -> Path:
     return Path(bpy.path.abspath(settings.report))
 
 
-CLASSES = (TRUE_DIFFUSE_OT_use_tolerance,)
+CLASSES = (TRUE_DIFFUSE_OT_pick_settings,)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operator that brings the groups of an older file up to date."""
+"""The operator that upgrades the groups of an older file."""
 
 import bpy
 
 
 class TRUE_DIFFUSE_OT_upgrade(bpy.types.Operator):
-    """Give nodes that were made with an older True Diffuse the groups of this one, with their links and values"""
+    """Replace node groups of an older True Diffuse by those of this version; values, links and animation stay"""
 
     bl_idname = "true_diffuse.upgrade"
     bl_label = "Upgrade Groups"
@@ -18,10 +18,10 @@ class TRUE_DIFFUSE_OT_upgrade(bpy.types.Operator):
         for line in report.lines:
             self.report({"WARNING"}, line)
         names = report.upgraded
-        said = f"Upgraded {', '.join(names)}" if names else "No group was upgraded"
+        message = f"Upgraded {', '.join(names)}" if names else "No group was upgraded"
         if report.lines:
-            said += f"; {report.lines[0] if len(report.lines) == 1 else f'{len(report.lines)} notes are in the Info editor'}"
-        self.report({"INFO"}, said)
+            message += f"; {report.lines[0] if len(report.lines) == 1 else f'{len(report.lines)} notes are in the Info editor'}"
+        self.report({"INFO"}, message)
         return {"FINISHED"} if names else {"CANCELLED"}
 
 

@@ -8,7 +8,7 @@ import bpy
 
 from ..blender.engines import CYCLES, EEVEE, REALTIME, uses_osl
 from ..closures.quality import CHOSEN_LIGHTS
-from ..material.materials import materials_of, refusal
+from ..material.materials import locked_reason, materials_of
 from ..material.read import group_node
 from ..material.summary import MaterialSummary, engine_of, material_summary
 from ..nodes import SPECULAR_GROUP, SUBSURFACE
@@ -75,7 +75,7 @@ def _choice(scene: bpy.types.Scene, report: Mapping[str, Any], summary: Material
 def _set_quality(material: bpy.types.Material, choice: Choice) -> bool:
     """Set the group's Quality, or in Cycles its Method, if there is one; returns whether the material can be edited."""
     group = group_node(material)
-    if group is None or refusal(material):
+    if group is None or locked_reason(material):
         return False
     inputs = group[0].inputs
     if choice.quality is None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the add-on shows in Blender."""
+"""Menus, panels and plots."""
 
 from . import menus, panels, plots
 

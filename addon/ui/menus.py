@@ -9,8 +9,8 @@ import bpy.utils.previews
 
 from ..operators.add import TRUE_DIFFUSE_OT_add_group
 from ..operators.convert import TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes, TRUE_DIFFUSE_OT_match_engines
-from ..operators.lights import TRUE_DIFFUSE_OT_choose_lamps
-from ..operators.optimize import TRUE_DIFFUSE_OT_restore, TRUE_DIFFUSE_OT_simplify
+from ..operators.lights import TRUE_DIFFUSE_OT_use_selected_lights
+from ..operators.optimize import TRUE_DIFFUSE_OT_optimize, TRUE_DIFFUSE_OT_restore
 from ..operators.presets import TRUE_DIFFUSE_OT_add_preset, TRUE_DIFFUSE_OT_assign_preset
 from ..operators.scene import TRUE_DIFFUSE_OT_build_comparison
 from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
@@ -23,18 +23,18 @@ PICTURE_SIZE = 4.0  # times an icon's
 pictures: bpy.utils.previews.ImagePreviewCollection  # by a preset's key as far as drawn, while the extension is registered
 
 
-class TRUE_DIFFUSE_MT_rough(bpy.types.Menu):
-    """Rough matter"""
+class TRUE_DIFFUSE_MT_matte(bpy.types.Menu):
+    """Chalk, clay and other matte materials"""
 
-    bl_idname = "TRUE_DIFFUSE_MT_rough"
-    bl_label = "Rough"
+    bl_idname = "TRUE_DIFFUSE_MT_matte"
+    bl_label = "Matte"
 
     def draw(self, context: bpy.types.Context) -> None:
         draw_presets(self.layout, context, self.bl_label)
 
 
 class TRUE_DIFFUSE_MT_skin(bpy.types.Menu):
-    """Tones of skin"""
+    """Skin tones"""
 
     bl_idname = "TRUE_DIFFUSE_MT_skin"
     bl_label = "Skin"
@@ -43,11 +43,11 @@ class TRUE_DIFFUSE_MT_skin(bpy.types.Menu):
         draw_presets(self.layout, context, self.bl_label)
 
 
-class TRUE_DIFFUSE_MT_media(bpy.types.Menu):
-    """Measured media"""
+class TRUE_DIFFUSE_MT_translucent(bpy.types.Menu):
+    """Marble, milk and other measured translucent materials"""
 
-    bl_idname = "TRUE_DIFFUSE_MT_media"
-    bl_label = "Media"
+    bl_idname = "TRUE_DIFFUSE_MT_translucent"
+    bl_label = "Translucent"
 
     def draw(self, context: bpy.types.Context) -> None:
         draw_presets(self.layout, context, self.bl_label)
@@ -69,7 +69,7 @@ class TRUE_DIFFUSE_MT_add(bpy.types.Menu):
 
 
 class TRUE_DIFFUSE_MT_object(bpy.types.Menu):
-    """Materials for the selected objects, and the lamps they are exact for"""
+    """Materials for the selected objects, and the lights they are exact for"""
 
     bl_idname = "TRUE_DIFFUSE_MT_object"
     bl_label = "True Diffuse"
@@ -81,13 +81,13 @@ class TRUE_DIFFUSE_MT_object(bpy.types.Menu):
         self.layout.operator(TRUE_DIFFUSE_OT_match_engines.bl_idname)
         self.layout.operator(TRUE_DIFFUSE_OT_build_comparison.bl_idname)
         self.layout.separator()
-        self.layout.operator(TRUE_DIFFUSE_OT_simplify.bl_idname)
+        self.layout.operator(TRUE_DIFFUSE_OT_optimize.bl_idname)
         self.layout.operator(TRUE_DIFFUSE_OT_restore.bl_idname)
         self.layout.operator(TRUE_DIFFUSE_OT_upgrade.bl_idname)
 
 
 def draw_presets(layout: bpy.types.UILayout, context: bpy.types.Context, kind: str) -> None:
-    """Draw pictures of the presets of `kind`, and names that add a node in the Shader Editor, elsewhere give objects a material."""
+    """Draw the presets of `kind`: they add a node in the Shader Editor, and a material to objects in other editors."""
     from ..material.presets import PRESETS
 
     in_shader_editor = context.space_data.type == "NODE_EDITOR"
@@ -96,9 +96,9 @@ def draw_presets(layout: bpy.types.UILayout, context: bpy.types.Context, kind: s
 
 
 def draw_pictures(layout: bpy.types.UILayout, presets: "Sequence[Preset]", operator: type[bpy.types.Operator]) -> None:
-    """Draw pictures of `presets`, and names that call `operator` with their keys."""
+    """Draw a picture of each preset above a button that calls `operator` with its key."""
     row = layout.row()
-    for first in range(COLUMNS):  # one after the other: Blender puts a picture right of all that came before it in other columns
+    for first in range(COLUMNS):  # column by column: Blender puts a picture right of everything drawn before it in other columns
         column = row.column()
         column.ui_units_x = PICTURE_SIZE + 1.0  # else short names make small pictures
         for preset in presets[first::COLUMNS]:
@@ -109,12 +109,12 @@ def draw_pictures(layout: bpy.types.UILayout, presets: "Sequence[Preset]", opera
 
 
 def draw_common(layout: bpy.types.UILayout) -> None:
-    """Draw what either editor's menu has."""
-    layout.menu(TRUE_DIFFUSE_MT_rough.bl_idname)
+    """Draw the entries of both menus."""
+    layout.menu(TRUE_DIFFUSE_MT_matte.bl_idname)
     layout.menu(TRUE_DIFFUSE_MT_skin.bl_idname)
-    layout.menu(TRUE_DIFFUSE_MT_media.bl_idname)
+    layout.menu(TRUE_DIFFUSE_MT_translucent.bl_idname)
     layout.separator()
-    layout.operator(TRUE_DIFFUSE_OT_choose_lamps.bl_idname)
+    layout.operator(TRUE_DIFFUSE_OT_use_selected_lights.bl_idname)
 
 
 def draw_add_menu(self: bpy.types.Menu, context: bpy.types.Context) -> None:
@@ -144,7 +144,7 @@ def draw_convert_nodes(self: bpy.types.Menu, context: bpy.types.Context) -> None
         self.layout.operator(TRUE_DIFFUSE_OT_convert_nodes.bl_idname)
 
 
-# Blender's menus, and what draws our entry at their end
+# Blender's menus, and the function that draws our entry at their end
 ENTRIES = (
     ("NODE_MT_add", draw_add_menu),
     ("VIEW3D_MT_object", draw_object_menu),
@@ -153,7 +153,7 @@ ENTRIES = (
     ("NODE_MT_context_menu", draw_convert_nodes),
 )
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
-    (TRUE_DIFFUSE_MT_rough, TRUE_DIFFUSE_MT_skin, TRUE_DIFFUSE_MT_media, TRUE_DIFFUSE_MT_add, TRUE_DIFFUSE_MT_object)
+    (TRUE_DIFFUSE_MT_matte, TRUE_DIFFUSE_MT_skin, TRUE_DIFFUSE_MT_translucent, TRUE_DIFFUSE_MT_add, TRUE_DIFFUSE_MT_object)
 )
 
 

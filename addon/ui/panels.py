@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Panels: Material properties > True Diffuse, the same in the Shader Editor's sidebar, and the tolerance in Scene properties."""
+"""Panels: Material properties > True Diffuse, the same in the Shader Editor's sidebar, and the error in Scene properties."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -10,11 +10,11 @@ from ..blender.id_properties import SPECIALIZED_FOR
 from ..operators.apply import TRUE_DIFFUSE_OT_apply_preset
 from ..operators.context import material_of, node_of
 from ..operators.convert import TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes
-from ..operators.lights import TRUE_DIFFUSE_OT_choose_lamps, TRUE_DIFFUSE_OT_toggle_lamp
+from ..operators.lights import TRUE_DIFFUSE_OT_toggle_light, TRUE_DIFFUSE_OT_use_selected_lights
 from ..operators.measure import TRUE_DIFFUSE_OT_measure, measurements
-from ..operators.optimize import TRUE_DIFFUSE_OT_restore, TRUE_DIFFUSE_OT_simplify
+from ..operators.optimize import TRUE_DIFFUSE_OT_optimize, TRUE_DIFFUSE_OT_restore
 from ..operators.presets import SHADED
-from ..operators.tolerance import TRUE_DIFFUSE_OT_use_tolerance
+from ..operators.tolerance import TRUE_DIFFUSE_OT_pick_settings
 from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
 from . import menus, plots
 
@@ -41,7 +41,7 @@ class TRUE_DIFFUSE_MT_apply(bpy.types.Menu):
 
 
 class MaterialPanel:
-    """What the panels of a material share."""
+    """Base of the panels of a material."""
 
     bl_label = "True Diffuse"
     layout: bpy.types.UILayout
@@ -85,7 +85,7 @@ class TRUE_DIFFUSE_PT_node(MaterialPanel, bpy.types.Panel):
 
 
 class TRUE_DIFFUSE_PT_scene(bpy.types.Panel):
-    """The tolerance that modes and samples are picked for"""
+    """The error that quality and samples are picked for"""
 
     bl_label = "True Diffuse"
     bl_space_type = "PROPERTIES"
@@ -94,12 +94,12 @@ class TRUE_DIFFUSE_PT_scene(bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         self.layout.use_property_split, self.layout.use_property_decorate = True, False
-        draw_tolerance(self.layout, context.scene)
+        draw_error(self.layout, context.scene)
 
 
 def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
-    """Draw all that there is to a material."""
-    from ..material.materials import refusal
+    """Draw the whole panel of a material."""
+    from ..material.materials import locked_reason
     from ..material.summary import material_summary, node_summary
 
     node = node_of(context)
@@ -108,25 +108,25 @@ def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, materi
         draw_other(layout, context, node)
         return
     column = layout.column()
-    column.enabled = node.id_data.is_editable and not refusal(material)
+    column.enabled = node.id_data.is_editable and not locked_reason(material)
     draw_sockets(column, node)
     if SPECIALIZED_FOR in node.node_tree:
-        column.label(text="Simplified", icon="INFO")
-        _caption(column, "Edit a socket for the whole group")
+        column.label(text="Optimized", icon="INFO")
+        _caption(column, "Editing a socket restores the whole group")
     if summary.follows_lights:
-        _section(layout, "lamps", "Lamps", lambda body: draw_lamps(body, context.scene))
+        _section(layout, "lights", "Lights", lambda body: draw_lights(body, context.scene))
     _section(layout, "plot", "Plot", lambda body: draw_plots(body, context, summary))
     _section(
         layout, "accuracy", "Accuracy", lambda body: draw_accuracy(body, context, material, summary, material_summary(material))
     )
-    _section(layout, "tolerance", "Tolerance", lambda body: draw_tolerance(body, context.scene))
+    _section(layout, "error", "Error", lambda body: draw_error(body, context.scene))
     row = layout.row(align=True)
-    row.operator(TRUE_DIFFUSE_OT_simplify.bl_idname)
+    row.operator(TRUE_DIFFUSE_OT_optimize.bl_idname)
     row.operator(TRUE_DIFFUSE_OT_restore.bl_idname, text="Restore")
 
 
 def _section(layout: bpy.types.UILayout, key: str, title: str, draw: Callable[[bpy.types.UILayout], None]) -> None:
-    """Draw what can be folded away under its `title`."""
+    """Draw a collapsible section under its `title`."""
     header, body = layout.panel(f"true_diffuse_{key}")
     header.label(text=title)
     if body:
@@ -134,7 +134,7 @@ def _section(layout: bpy.types.UILayout, key: str, title: str, draw: Callable[[b
 
 
 def draw_other(layout: bpy.types.UILayout, context: bpy.types.Context, node: bpy.types.Node | None) -> None:
-    """Draw what there is to a material without a group of ours, or with one that another version made."""
+    """Draw the panel of a material without one of our groups, or with a group of another version."""
     if node is not None:
         layout.label(text=f"{node.node_tree.name} is of another version", icon="ERROR")
         layout.operator(TRUE_DIFFUSE_OT_upgrade.bl_idname)
@@ -144,11 +144,11 @@ def draw_other(layout: bpy.types.UILayout, context: bpy.types.Context, node: bpy
     if in_shader_editor:
         layout.operator(TRUE_DIFFUSE_OT_convert_nodes.bl_idname)
     else:
-        layout.operator(TRUE_DIFFUSE_OT_convert.bl_idname, text="Use True Diffuse")
+        layout.operator(TRUE_DIFFUSE_OT_convert.bl_idname)
 
 
 def draw_sockets(layout: bpy.types.UILayout, node: bpy.types.Node) -> None:
-    """Draw the node's inputs as the node editor does; those that do nothing by the model chosen are dimmed."""
+    """Draw the node's inputs as the node editor does; inputs without effect on the chosen model are dimmed."""
     layout.menu(TRUE_DIFFUSE_MT_apply.bl_idname)
     for socket in node.inputs:
         row = layout.column(align=True)
@@ -160,7 +160,7 @@ def draw_sockets(layout: bpy.types.UILayout, node: bpy.types.Node) -> None:
             name.alignment = "RIGHT"
             name.label(text=socket.name)
             split.label(text=source.label or source.name, icon="LINKED")
-        elif socket.name == "Mean Free Path":
+        elif socket.name == "Subsurface Radius":
             row.label(text=f"{socket.name} [mm]")
             for index, channel in enumerate(CHANNELS):
                 row.prop(socket, "default_value", index=index, text=channel)
@@ -169,7 +169,7 @@ def draw_sockets(layout: bpy.types.UILayout, node: bpy.types.Node) -> None:
 
 
 def draw_plots(layout: bpy.types.UILayout, context: bpy.types.Context, summary: "MaterialSummary") -> None:
-    """Draw the lobe, and the profile below the surface where there is one, each with what its axes are."""
+    """Draw the lobe, and the profile below the surface where there is one, with captions of their axes."""
     from ..material.summary import engine_of
     from ..nodes import SUBSURFACE
 
@@ -218,7 +218,7 @@ def draw_accuracy(
     summary: "MaterialSummary",
     surface: "MaterialSummary | None",
 ) -> None:
-    """Draw the error that the formulas state, and what was measured last of the material's `surface`."""
+    """Draw the stated error of the formulas, and the last measurement of the material's `surface`."""
     from ..material.summary import stated_error
 
     layout.label(text=stated_error(summary, context.scene) or "Not measured yet", icon="INFO")
@@ -235,32 +235,32 @@ def draw_accuracy(
         column.label(text=line)
 
 
-def draw_lamps(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
-    """Draw the scene's lights to pick from."""
+def draw_lights(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
+    """Draw a list of the scene's lights to choose from."""
     from ..nodes import chosen_lights
 
     chosen = chosen_lights.chosen()
     lights = [item for item in scene.objects if item.type == "LIGHT"]
-    layout.label(text=f"{len(chosen)} of up to {chosen_lights.SLOTS} followed" if lights else "The scene has no light")
+    layout.label(text=f"{len(chosen)} of up to {chosen_lights.SLOTS} chosen" if lights else "The scene has no light")
     column = layout.column(align=True)
     for light in lights:
         is_chosen = light in chosen
         row = column.row()
         row.enabled = is_chosen or len(chosen) < chosen_lights.SLOTS
         icon = "CHECKBOX_HLT" if is_chosen else "CHECKBOX_DEHLT"
-        row.operator(TRUE_DIFFUSE_OT_toggle_lamp.bl_idname, text=light.name, icon=icon, depress=is_chosen).light = light.name
+        row.operator(TRUE_DIFFUSE_OT_toggle_light.bl_idname, text=light.name, icon=icon, depress=is_chosen).light = light.name
     for light in chosen:
         if light not in lights:
             column.label(text=f"{light.name} is not in this scene", icon="ERROR")
     if chosen_lights.LIGHTS.trees(linked=True):
-        layout.label(text="Linked materials keep theirs", icon="LINKED")
-    layout.operator(TRUE_DIFFUSE_OT_choose_lamps.bl_idname)
+        layout.label(text="Linked materials keep their lights", icon="LINKED")
+    layout.operator(TRUE_DIFFUSE_OT_use_selected_lights.bl_idname)
 
 
-def draw_tolerance(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
-    """Draw the error to stay below and the button that picks modes and samples for it."""
+def draw_error(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
+    """Draw the error to stay below, and the button that picks quality and samples for it."""
     layout.prop(scene.true_diffuse, "error")
-    layout.operator(TRUE_DIFFUSE_OT_use_tolerance.bl_idname)
+    layout.operator(TRUE_DIFFUSE_OT_pick_settings.bl_idname)
 
 
 register, unregister = bpy.utils.register_classes_factory(

@@ -8,13 +8,13 @@ from ..operators.assets import TRUE_DIFFUSE_OT_add_assets, TRUE_DIFFUSE_OT_remov
 
 
 class TrueDiffusePreferences(bpy.types.AddonPreferences):
-    """What holds for all files of this user."""
+    """Settings for all files of this user."""
 
     bl_idname = PACKAGE
 
     report: bpy.props.StringProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
         name="Report",
-        description="Report written by scripts/report.py, from which the tolerance picks",
+        description="Report written by scripts/report.py, used by Pick Settings for Error",
         subtype="FILE_PATH",
     )
 
@@ -25,7 +25,7 @@ class TrueDiffusePreferences(bpy.types.AddonPreferences):
         layout.use_property_split = True
         layout.prop(self, "report")
         row = layout.row()
-        if PACKAGE.startswith("bl_ext.") and assets.registered(assets.place()):
+        if PACKAGE.startswith("bl_ext.") and assets.registered(assets.folder()):
             row.operator(TRUE_DIFFUSE_OT_add_assets.bl_idname, text="Update Asset Library")
             row.operator(TRUE_DIFFUSE_OT_remove_assets.bl_idname)
         else:

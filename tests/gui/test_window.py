@@ -34,7 +34,7 @@ STEPS = (
     "dragged",
     "dropped",
     "measured",
-    "simplified",
+    "optimized",
     "edited",
     "reopened",
 )
@@ -52,7 +52,7 @@ def test_window_is_clicked_through(blender: list[str]) -> None:
     shutil.rmtree(PICTURES / "walk", ignore_errors=True)
     folder = PICTURES / "walk"
     folder.mkdir(parents=True)
-    build = [sys.executable, str(ROOT / "scripts" / "package.py"), "--out", str(folder)]
+    build = [sys.executable, str(ROOT / "scripts" / "release" / "package.py"), "--out", str(folder)]
     subprocess.run(build, check=True, capture_output=True)
     (package,) = folder.glob("*.zip")
     walk = Path(__file__).with_name("walk.py")

@@ -266,15 +266,15 @@ def portrait() -> Steps:
     picture("measured")
 
 
-def simplify_and_edit() -> Steps:
+def optimize_and_edit() -> Steps:
     place = area("NODE_EDITOR")
     bpy.context.view_layer.objects.active = cube()
     cube().active_material = bpy.data.materials["Material"]
     whole = nodes()["Rough Diffuse"].node_tree.name
     with within(place):
-        assert bpy.ops.true_diffuse.simplify("EXEC_DEFAULT", True) == {"FINISHED"}
+        assert bpy.ops.true_diffuse.optimize("EXEC_DEFAULT", True) == {"FINISHED"}
     yield 2.0
-    picture("simplified")
+    picture("optimized")
     assert nodes()["Rough Diffuse"].node_tree.name != whole
     nodes()["Rough Diffuse"].inputs["Roughness"].default_value = 0.5
     yield 2.0
@@ -302,7 +302,7 @@ def walk() -> Steps:
         convert,
         drag_an_asset,
         portrait,
-        simplify_and_edit,
+        optimize_and_edit,
         save_and_reopen,
     ):
         say(part.__name__)
