@@ -60,6 +60,6 @@ from .skin import TONES, Skin
 from .wolff import Wolff
 
 for _module in iter_modules(__path__):
-    _model = getattr(import_module(f"{__name__}.{_module.name}"), "MODEL", None)
+    _model = getattr(import_module(f"{__package__}.{_module.name}"), "MODEL", None)
     if _model is not None:
         register(_model)

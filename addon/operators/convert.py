@@ -1,20 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Operators that convert Blender's own materials to True Diffuse."""
 
+import functools
 from typing import TYPE_CHECKING
 
 import bpy
 
-from ..closures.quality import BALANCED, PRECISE
 from .context import locked_reason_in_editor
 
 if TYPE_CHECKING:
     from ..material.convert import Report
 
-QUALITIES = (
-    (BALANCED, BALANCED, "EEVEE close to Cycles, for little more render time"),
-    (PRECISE, PRECISE, "EEVEE closest to Cycles, for three times the render time, and slow to start"),
-)
+
+@functools.cache  # Blender needs the strings to stay
+def _qualities() -> tuple[tuple[str, str, str], ...]:
+    from ..closures.quality import BALANCED, PRECISE
+
+    return (
+        (BALANCED, BALANCED, "EEVEE close to Cycles, for little more render time"),
+        (PRECISE, PRECISE, "EEVEE closest to Cycles, for three times the render time, and slow to start"),
+    )
+
+
+def _items(_operator: bpy.types.Operator, _context: bpy.types.Context | None) -> tuple[tuple[str, str, str], ...]:
+    return _qualities()
 
 
 class Converts(bpy.types.Operator):
@@ -23,7 +32,7 @@ class Converts(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     quality: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
-        name="Quality", description="Quality of the Rough Diffuse groups", items=QUALITIES
+        name="Quality", description="Quality of the Rough Diffuse groups", items=_items
     )
 
     def report_conversion(self, report: "Report") -> set[str]:
@@ -97,7 +106,7 @@ class TRUE_DIFFUSE_OT_match_engines(Converts):
     bl_label = "Match EEVEE to Cycles"
 
     quality: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
-        name="Quality", description="Quality of the Rough Diffuse groups", items=QUALITIES, default=PRECISE
+        name="Quality", description="Quality of the Rough Diffuse groups", items=_items, default=1
     )
 
     @classmethod
