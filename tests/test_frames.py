@@ -1,46 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The timing of frames: what is timed draws the same picture, is interleaved, and is packed as its GLSL structs are. No times."""
+"""The timing of frames: what is timed draws the same picture and is interleaved. No times."""
 
 import pytest
 
 from support import CountedProgress
-from true_diffuse.addon.blender.glsl import source
-from true_diffuse.addon.realtime import program, uniforms
 from true_diffuse.scripts.studies import frame_time
 from true_diffuse.scripts.studies.frame_time import LAMBERT, OREN_NAYAR, PLAIN, PLAIN_LAMBERT, VARIANTS, Setting
 
 ROUND = 4e-6  # of radiances up to 1, after some ten operations in 32 bits on either side
 SIZE = (64, 36)
-
-
-def std140(kind: str) -> int:
-    """Return the bytes of a struct of program.py, all of whose members are aligned to 16 bytes."""
-    light = source("lights").split("struct Light {")[1].split("};")[0]
-    sizes = {"mat4": 64, "vec4": 16, "ivec4": 16, "Light": 16 * light.count("vec4")}
-    total = 0
-    for member in program.STRUCTS[kind].rstrip(";").split(";"):
-        name, what = member.split()
-        count = int(what.split("[")[1].rstrip("]")) if "[" in what else 1
-        total += sizes[name] * count
-    return total
-
-
-UNIT = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
-LIGHT = uniforms.light_to_bytes("AREA", (1.0, 2.0, 3.0), (0.0, 0.0, 1.0), (4.0, 5.0, 6.0))
-PACKED = {
-    "View": uniforms.view_to_bytes(UNIT, (0.0, 0.0, 1.0), True, (0.0, 0.0, 0.0)),
-    "Material": uniforms.material_to_bytes((1.0, 1.0, 1.0), (0.5,), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)),
-    "Lights": uniforms.lights_to_bytes([LIGHT]),
-}
-
-
-@pytest.mark.parametrize("kind", PACKED)
-def test_block_is_as_long_as_its_struct(kind: str) -> None:
-    assert len(PACKED[kind]) == std140(kind)
-
-
-def test_lights_beyond_the_most_are_left_out() -> None:
-    assert uniforms.lights_to_bytes([LIGHT] * (program.MAX_LIGHTS + 3)) == uniforms.lights_to_bytes([LIGHT] * program.MAX_LIGHTS)
 
 
 class Counted:

@@ -275,11 +275,11 @@ def test_programs_are_used_by_one_thread_at_a_time(stage: Stage, monkeypatch) ->
 
         return called
 
-    # what begins each use of a program: of those for surfaces and shadows, of all others
-    for name in ("_use_depth_test", "shadow_shader", "subsurface_gather_shader", "accumulate_shader", "resolve_shader"):
+    # what begins each use of a program: for surfaces and shadows the depth test, then the program itself
+    for name in ("_use_depth_test", "_bound"):
         monkeypatch.setattr(renderer, name, asking(getattr(renderer, name)))
     stage.render()
-    assert free == [False] * 6
+    assert free == [False] * (2 + 5)  # shadows, surfaces, scattering, the sum, the picture
     assert renderer.PROGRAM_LOCK.acquire(blocking=False)
     renderer.PROGRAM_LOCK.release()
 

@@ -13,11 +13,13 @@ import gpu
 import pytest
 from mathutils import Matrix, Vector
 
-from true_diffuse.addon.blender.glsl import includes
+from true_diffuse.addon.blender.glsl import includes, source
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.models import MODELS
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
 from true_diffuse.addon.realtime import meshes, program, renderer, scene_bounds, scene_cache, shadows
+from true_diffuse.addon.realtime.lights import Light, lights_to_bytes
+from true_diffuse.addon.realtime.materials import RenderMaterial
 from true_diffuse.addon.realtime.models import LAMBERT, SPECULAR, GlslModel, glsl_model
 from true_diffuse.addon.realtime.view import View
 
@@ -518,7 +520,7 @@ def variants(model: GlslModel = LAMBERT, kinds: frozenset[str] = frozenset(("SUN
     scatterings = ((False, False), (False, True), (True, True))
     either = (False, True)
     for has_shadows, ambient, coat, paint, scattering in product(either, either, either, program.ColorInput, scatterings):
-        relief = program.NormalInput.MAP if has_shadows != coat else program.NormalInput.NONE  # with each of the others
+        relief = has_shadows != coat  # with each of the others
         yield program.Variant(model, paint, coat, *scattering, program.Lighting(kinds, has_shadows, ambient), relief)
 
 
@@ -547,7 +549,7 @@ def test_what_a_scene_does_not_need_is_not_in_its_shader() -> None:
             "SUBSURFACE_IN_SCENE": variant.subsurface_in_scene,
             "COLOR_ATTRIBUTE": variant.color_input is program.ColorInput.ATTRIBUTE,
             "COLOR_IMAGE": variant.color_input is program.ColorInput.IMAGE,
-            "NORMAL_MAP": bool(variant.normal_input),
+            "NORMAL_MAP": variant.normal_map,
         }
         assert defined == chosen(**needed)
         assert re.findall(r"^#define (SUN|POINT|SPOT|AREA) ", made.fragment, re.MULTILINE) == ["SUN"]
@@ -601,3 +603,35 @@ def test_compiled_text_is_of_the_model_in_use_alone(model: str) -> None:
     variant = program.Variant(glsl_model(MODELS[model]), program.ColorInput.NONE, False, False, False, program.Lighting())
     others = {f"{other}_radiance" for other in MODELS if other not in (model, *includes(model))}
     assert functions(program.surface_program(variant).fragment) & others == set()
+
+
+# ---- uniform blocks
+
+
+def std140(kind: str) -> int:
+    """Return the bytes of a struct of program.py, all of whose members are aligned to 16 bytes."""
+    light = source("lights").split("struct Light {")[1].split("};")[0]
+    sizes = {"mat4": 64, "vec4": 16, "ivec4": 16, "Light": 16 * light.count("vec4")}
+    total = 0
+    for member in program.STRUCTS[kind].rstrip(";").split(";"):
+        name, what = member.split()
+        count = int(what.split("[")[1].rstrip("]")) if "[" in what else 1
+        total += sizes[name] * count
+    return total
+
+
+LIGHT = Light("AREA", (1.0, 2.0, 3.0), (0.0, 0.0, 1.0), (4.0, 5.0, 6.0), 0.0, 0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), False)
+PACKED = {
+    "View": View(Matrix(), Vector((0.0, 0.0, 1.0)), True, 1, 1).to_bytes((0.0, 0.0, 0.0)),
+    "Material": RenderMaterial(glsl_model(MODELS["oren_nayar"]), (1.0, 1.0, 1.0), (0.5,)).to_bytes(),
+    "Lights": lights_to_bytes([LIGHT]),
+}
+
+
+@pytest.mark.parametrize("kind", PACKED)
+def test_block_is_as_long_as_its_struct(kind: str) -> None:
+    assert len(PACKED[kind]) == std140(kind)
+
+
+def test_lights_beyond_the_most_are_left_out() -> None:
+    assert lights_to_bytes([LIGHT] * (program.MAX_LIGHTS + 3)) == lights_to_bytes([LIGHT] * program.MAX_LIGHTS)

@@ -2,6 +2,7 @@
 """The lights of a scene as shaders/lights.glsl takes them, in Blender's units."""
 
 import math
+import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,7 +10,7 @@ import bpy
 
 from mathutils import Matrix, Vector
 
-from . import uniforms
+from .program import LIGHT_TYPES, MAX_LIGHTS
 
 NO_SPREAD = math.radians(89.99)  # half of an area light's spread from which on its spread cuts nothing off
 LARGEST_TANGENT = 1e15  # in the place of the tangent of 90 degrees
@@ -41,10 +42,9 @@ class Light:
     casts_shadow: bool
 
     def to_bytes(self) -> bytes:
-        """Return the struct Light of shaders/lights.glsl."""
-        return uniforms.light_to_bytes(
-            self.kind, self.position, self.axis, self.strength, self.edge, self.fade, self.x_axis, self.y_axis
-        )
+        """Return the struct Light of shaders/lights.glsl. Raises ValueError for an unknown `kind`."""
+        first, second = (*self.position, LIGHT_TYPES.index(self.kind), *self.axis, self.edge), (*self.strength, self.fade)
+        return struct.pack("20f", *first, *second, *self.x_axis, 0.0, *self.y_axis, 0.0)
 
 
 def read_light(item: bpy.types.Object, matrix: Matrix) -> Light:
@@ -80,7 +80,8 @@ def read_light(item: bpy.types.Object, matrix: Matrix) -> Light:
 
 def lights_to_bytes(lights: Sequence[Light]) -> bytes:
     """Return the struct Lights of program.py with the first MAX_LIGHTS of `lights`."""
-    return uniforms.lights_to_bytes([light.to_bytes() for light in lights])
+    used = [light.to_bytes() for light in lights[:MAX_LIGHTS]]
+    return struct.pack("4i", len(used), 0, 0, 0) + b"".join(used).ljust(80 * MAX_LIGHTS, b"\0")
 
 
 def _gain(data: bpy.types.Light, matrix: Matrix) -> float:

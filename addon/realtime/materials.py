@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Materials as the realtime engine draws them: model, color, coat, subsurface scattering and normal map."""
 
+import struct
 from dataclasses import dataclass, field, replace
 
 import bpy
@@ -9,10 +10,9 @@ from ..material.read import DEFAULT_UV, Names, group_node, read, read_color, rea
 from ..material.surface import Attribute, Image, Rgb, Surface
 from ..models import by_label
 from ..nodes import SPECULAR_GROUP, SUBSURFACE
-from . import uniforms
 from .mesh_attributes import MeshAttribute
 from .models import LAMBERT, SPECULAR, GlslModel, glsl_model
-from .program import ColorInput, NormalInput
+from .program import ColorInput
 
 MILLIMETER = 0.001  # m
 GRAY: Rgb = (0.8, 0.8, 0.8)  # Blender's color of faces without a material
@@ -66,11 +66,6 @@ class RenderMaterial:
         return ColorInput.IMAGE if isinstance(self.source, Texture) else ColorInput.ATTRIBUTE
 
     @property
-    def normal_input(self) -> NormalInput:
-        """What changes the normal."""
-        return NormalInput.MAP if self.normals else NormalInput.NONE
-
-    @property
     def attributes(self) -> tuple[MeshAttribute, ...]:
         """The attributes that its meshes must have on the driver."""
         needed: list[MeshAttribute] = []
@@ -95,8 +90,9 @@ class RenderMaterial:
 
     def to_bytes(self) -> bytes:
         """Return the struct Material of program.py."""
-        strength = self.normals.strength if self.normals else (0.0, 0.0)
-        return uniforms.material_to_bytes(self.color, self.shape, self.coat, self.scattering, strength)
+        u, v = self.normals.strength if self.normals else (0.0, 0.0)
+        shape = (*self.shape, 0.0, 0.0, 0.0, 0.0)[:4]
+        return struct.pack("16f", *self.color, u, *shape, *self.coat, v, *self.scattering)
 
 
 def render_material(material: bpy.types.Material | None, meter: float) -> RenderMaterial:

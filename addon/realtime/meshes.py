@@ -21,7 +21,8 @@ class Mesh:
     """A mesh on the driver. Its vertices there are the mesh's corners, as the faces at a vertex differ in normals and UVs.
 
     `slots` holds the index buffer of each material slot that faces use; `hull` the corners of triangles that enclose the mesh;
-    `triangles` is the number of triangles drawn, `skipped` of those left out because a vertex is not finite.
+    `triangles` is the number of triangles drawn, `skipped` of those left out because a vertex is not finite. `batches` has what
+    `prepare` made ready to draw, by slot and attributes.
     """
 
     def __init__(self, mesh: bpy.types.Mesh) -> None:
@@ -30,7 +31,7 @@ class Mesh:
         self.hull: list[Point] = []
         self.skipped = 0
         self.triangles = 0
-        self._batches: dict[tuple[int, tuple[MeshAttribute, ...]], gpu.types.GPUBatch] = {}
+        self.batches: dict[tuple[int, tuple[MeshAttribute, ...]], gpu.types.GPUBatch] = {}
         self._attributes: dict[MeshAttribute, gpu.types.GPUVertBuf] = {}
         if not len(mesh.loop_triangles):
             return
@@ -74,15 +75,11 @@ class Mesh:
                 values = array("f", bytes(4 * WIDTHS[kind] * len(self._corners)))
             self._attributes[kind, name] = _vertices(len(self._corners), {kind: (WIDTHS[kind], values)})
         for slot, attributes in wanted.items():
-            if (slot, attributes) not in self._batches:
+            if (slot, attributes) not in self.batches:
                 batch = gpu.types.GPUBatch(type="TRIS", buf=self._surface, elem=self.slots[slot])
                 for attribute in attributes:
                     batch.vertbuf_add(self._attributes[attribute])
-                self._batches[slot, attributes] = batch
-
-    def batch(self, slot: int, attributes: tuple[MeshAttribute, ...]) -> gpu.types.GPUBatch:
-        """Return the batch that `prepare` made. Raises KeyError where it made none."""
-        return self._batches[slot, attributes]
+                self.batches[slot, attributes] = batch
 
     def _finite(self, corner_positions: Floats, triangles: array[int], slots: array[int]) -> tuple[array[int], array[int]]:
         """Return `triangles` and `slots` without the triangles that have a vertex which is not finite; count those."""

@@ -5,7 +5,7 @@ A variant holds nothing that it does not need. Blender's gpu module declares a p
 lists.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -14,6 +14,7 @@ from .models import GlslModel
 
 MAX_LIGHTS = 64
 LIGHT_TYPES = ("SUN", "POINT", "SPOT", "AREA")  # Blender's; a light's number in the shader is its index here
+# Only vectors and matrices of four components, where the std140 layout of uniform blocks pads nothing
 STRUCTS = {
     "View": "mat4 projection; vec4 camera; vec4 world;",
     "Material": "vec4 color; vec4 shape; vec4 coat; vec4 scattering;",
@@ -21,6 +22,7 @@ STRUCTS = {
     "Shadows": f"mat4 matrix[{MAX_LIGHTS}]; vec4 tile[{MAX_LIGHTS}]; vec4 texel[{MAX_LIGHTS}];",
     "Gather": "vec4 size; vec4 offset;",
 }
+GATHER_MAPS = ("radiance_map", "entering_map", "distance_map", "tint_map")  # the surface shader's outputs, in their order
 
 
 class ColorInput(StrEnum):
@@ -29,13 +31,6 @@ class ColorInput(StrEnum):
     NONE = ""
     ATTRIBUTE = "COLOR_ATTRIBUTE"
     IMAGE = "COLOR_IMAGE"
-
-
-class NormalInput(StrEnum):
-    """What changes the normal at each point; the value is the shader's definition."""
-
-    NONE = ""
-    MAP = "NORMAL_MAP"
 
 
 @dataclass(frozen=True)
@@ -61,7 +56,7 @@ class Variant:
     subsurface: bool
     subsurface_in_scene: bool
     lighting: Lighting
-    normal_input: NormalInput = NormalInput.NONE
+    normal_map: bool = False
 
 
 @dataclass(frozen=True)
@@ -94,7 +89,7 @@ def surface_program(variant: Variant) -> Program:
         (variant.subsurface, "SUBSURFACE", ("burley",)),
         (variant.subsurface_in_scene, "SUBSURFACE_IN_SCENE", ()),
         (variant.color_input, str(variant.color_input), ()),
-        (variant.normal_input, str(variant.normal_input), ()),
+        (variant.normal_map, "NORMAL_MAP", ()),
     ):
         if is_used:
             definitions.append(name)
@@ -117,7 +112,7 @@ def surface_program(variant: Variant) -> Program:
     if variant.color_input is ColorInput.IMAGE:
         attributes["uv"] = varyings["vertex_uv"] = "VEC2"
         samplers["color_image"] = "FLOAT_2D"
-    if variant.normal_input:
+    if variant.normal_map:
         attributes |= {"normal_uv": "VEC2", "tangent": "VEC4"}
         varyings |= {"vertex_normal_uv": "VEC2", "object_normal": "VEC3", "object_tangent": "VEC4"}
         samplers["normal_image"] = "FLOAT_2D"
@@ -129,7 +124,7 @@ def surface_program(variant: Variant) -> Program:
         fragment="\n".join(
             (
                 defines,
-                transform if variant.normal_input else "",
+                transform if variant.normal_map else "",
                 comment,
                 functions,
                 source(*stems),
@@ -159,8 +154,23 @@ def shadow_program() -> Program:
     )
 
 
-def fullscreen_program(
-    name: str, samplers: Mapping[str, str], constants: Mapping[str, str], stems: tuple[str, ...] = (), **uniform_blocks: str
+def subsurface_gather_program() -> Program:
+    """Return the program that adds subsurface scattering to a sample."""
+    return _fullscreen_program("subsurface_gather", GATHER_MAPS, {}, "burley", gather="Gather")
+
+
+def accumulate_program() -> Program:
+    """Return the program that adds a sample to the sum."""
+    return _fullscreen_program("accumulate", ("radiance_map",), {"background": "VEC4"})
+
+
+def resolve_program() -> Program:
+    """Return the program that draws the mean of all samples."""
+    return _fullscreen_program("resolve", ("sum_map",), {"weight": "FLOAT", "corner": "VEC2"})
+
+
+def _fullscreen_program(
+    name: str, samplers: Sequence[str], constants: Mapping[str, str], *stems: str, **uniform_blocks: str
 ) -> Program:
     """Return the program that runs shaders/realtime/NAME.glsl for every pixel, with shaders/STEM.glsl of `stems` before it."""
     return Program(
@@ -169,7 +179,7 @@ def fullscreen_program(
         fragment="\n".join((source(*stems), _file(name))),
         attributes={"position": "VEC2"},
         constants=constants,
-        samplers=samplers,
+        samplers=dict.fromkeys(samplers, "FLOAT_2D"),
         uniform_blocks=uniform_blocks,
     )
 

@@ -3,7 +3,7 @@
 
 import atexit
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
 from threading import RLock
@@ -14,7 +14,17 @@ from ..blender.glsl import triangle
 from . import shadows
 from .lights import lights_to_bytes
 from .materials import RenderMaterial, Texture
-from .program import Program, Variant, fullscreen_program, shadow_program, struct_declarations, surface_program
+from .program import (
+    GATHER_MAPS,
+    Program,
+    Variant,
+    accumulate_program,
+    resolve_program,
+    shadow_program,
+    struct_declarations,
+    subsurface_gather_program,
+    surface_program,
+)
 from .scene_bounds import SceneBounds
 from .scene_cache import DrawItem, SceneCache
 from .view import View, sample_offset
@@ -23,7 +33,6 @@ EXTENSIONS = {"periodic": "REPEAT", "clamp": "EXTEND", "black": "CLAMP_TO_BORDER
 TRANSPARENT = (0.0, 0.0, 0.0, 0.0)
 PLACEHOLDERS = {"color_image": TRANSPARENT, "normal_image": (0.5, 0.5, 1.0, 1.0)}  # for missing images: black, flat
 FAR = (1e30, 1e30, 1e30, 1e30)
-GATHER_MAPS = ("radiance_map", "entering_map", "distance_map", "tint_map")  # the surface shader's outputs, in their order
 GATHER_STEPS = (0.8191725133961645, 0.6710436067037893)  # a sequence that fills a square evenly, other than sample_offset's
 
 # Held while a program draws. Drivers keep the values of uniforms with the program, which a viewport and a render in another thread
@@ -44,18 +53,15 @@ class RenderTargets:
         """Allocate them. Raises DriverError where the driver has no memory for them."""
         self.width, self.height, self.subsurface = width, height, subsurface
         try:
-            self._allocate()
+            self.colors = [self.texture() for _ in range(len(GATHER_MAPS) if subsurface else 1)]
+            self.depth = gpu.types.GPUTexture((width, height), format="DEPTH_COMPONENT32F")
+            self.surface_buffer = gpu.types.GPUFrameBuffer(depth_slot=self.depth, color_slots=self.colors)
+            self.sample = self.texture() if subsurface else self.colors[0]
+            self.gather_buffer = gpu.types.GPUFrameBuffer(color_slots=self.sample)
+            self.sum = self.texture()
+            self.sum_buffer = gpu.types.GPUFrameBuffer(color_slots=self.sum)
         except (RuntimeError, ValueError, MemoryError) as error:
             raise DriverError(f"The graphics driver has no room for a picture of {width} x {height} pixels") from error
-
-    def _allocate(self) -> None:
-        self.colors = [self.texture() for _ in range(len(GATHER_MAPS) if self.subsurface else 1)]
-        self.depth = gpu.types.GPUTexture((self.width, self.height), format="DEPTH_COMPONENT32F")
-        self.surface_buffer = gpu.types.GPUFrameBuffer(depth_slot=self.depth, color_slots=self.colors)
-        self.sample = self.texture() if self.subsurface else self.colors[0]
-        self.gather_buffer = gpu.types.GPUFrameBuffer(color_slots=self.sample)
-        self.sum = self.texture()
-        self.sum_buffer = gpu.types.GPUFrameBuffer(color_slots=self.sum)
 
     def texture(self) -> gpu.types.GPUTexture:
         """Return a new texture of the picture's size, of 32-bit floats."""
@@ -115,7 +121,7 @@ class Renderer:
         """Compile the shaders in use; yields a message before each, as it may take a moment. Raises DriverError."""
         for variant in dict.fromkeys(variant for variant, _, _ in self._draws):
             yield f"Compiling {variant.model.stem}"
-            surface_shader(variant)
+            compiled(surface_program, variant)
 
     def begin(self, view: View) -> None:
         """Start an empty picture of `view`, and draw the shadow maps. Raises DriverError."""
@@ -142,8 +148,7 @@ class Renderer:
     def show(self, x: int = 0, y: int = 0) -> None:
         """Draw the picture so far into the bound framebuffer, whose viewport has its size and its corner at `x`, `y` [pixels]."""
         with PROGRAM_LOCK:
-            shader = resolve_shader()
-            shader.bind()
+            shader = _bound(resolve_program)
             shader.uniform_sampler("sum_map", self._targets.sum)
             shader.uniform_float("weight", 1.0 / self._samples)
             shader.uniform_float("corner", (x, y))
@@ -186,18 +191,17 @@ class Renderer:
             # kept, as a framebuffer does not keep its textures
             self._shadow_depth = gpu.types.GPUTexture((width, width), format="DEPTH_COMPONENT32F")
             self._shadow_buffer = gpu.types.GPUFrameBuffer(depth_slot=self._shadow_depth, color_slots=self._shadow_map)
-        shader = shadow_shader()
         with self._shadow_buffer.bind():
             _use_depth_test()
             self._shadow_buffer.clear(color=FAR, depth=1.0)
-            shader.bind()
+            shader = _bound(shadow_program)
             for tile in tiles:
                 self._shadow_buffer.viewport_set(tile.x, tile.y, tile.size, tile.size)
                 for item in self.cache.items:
                     if item.casts_shadow:
                         shader.uniform_float("matrix", tile.matrix @ item.matrix)
                         material = self.cache.materials[item.material]
-                        item.mesh.batch(item.slot, material.attributes).draw(shader)
+                        item.mesh.batches[item.slot, material.attributes].draw(shader)
             self._shadow_buffer.viewport_set(0, 0, width, width)
 
     def _draw_surfaces(self, targets: RenderTargets, view: View) -> None:
@@ -208,8 +212,7 @@ class Renderer:
             targets.surface_buffer.clear(color=TRANSPARENT, depth=1.0)
             gpu.state.front_facing_set(view.is_mirrored)  # a mirrored view reverses the winding of front faces
             for variant, material, items in self._draws:
-                shader = surface_shader(variant)
-                shader.bind()
+                shader = _bound(surface_program, variant)
                 shader.uniform_block("view", view_block)
                 shader.uniform_block("material", self._materials[material])
                 shader.uniform_block("lights", self._lights)
@@ -226,7 +229,7 @@ class Renderer:
                         shader.uniform_float("orientation", -1.0 if item.matrix.is_negative else 1.0)
                     if variant.subsurface:
                         shader.uniform_int("object_number", item.number)
-                    item.mesh.batch(item.slot, material.attributes).draw(shader)
+                    item.mesh.batches[item.slot, material.attributes].draw(shader)
             gpu.state.front_facing_set(False)
             gpu.state.depth_test_set("NONE")
 
@@ -236,8 +239,7 @@ class Renderer:
         turn, step = (sample * advance % 1.0 for advance in GATHER_STEPS)
         data = struct.pack("8f", view.width, view.height, *view.pixel_size(), turn, step, view.is_perspective, 0.0)
         with targets.gather_buffer.bind():
-            shader = subsurface_gather_shader()
-            shader.bind()
+            shader = _bound(subsurface_gather_program)
             block = _uniform_buffer(data)  # in a variable, as Blender does not keep it until the draw
             shader.uniform_block("gather", block)
             for name, texture in zip(GATHER_MAPS, targets.colors, strict=True):
@@ -250,8 +252,7 @@ class Renderer:
             gpu.state.depth_test_set("NONE")
             gpu.state.depth_mask_set(False)
             gpu.state.blend_set("ADDITIVE_PREMULT")
-            shader = accumulate_shader()
-            shader.bind()
+            shader = _bound(accumulate_program)
             shader.uniform_sampler("radiance_map", targets.sample)
             shader.uniform_float("background", background)
             self._triangle.draw(shader)
@@ -300,40 +301,21 @@ def compile_program(program: Program) -> gpu.types.GPUShader:
 
 
 @cache
-def surface_shader(variant: Variant) -> gpu.types.GPUShader:
-    """Return the shader of `variant`; compiled once, as the others below. Raises DriverError."""
-    return compile_program(surface_program(variant))
+def compiled(make: Callable[..., Program], *arguments: Variant) -> gpu.types.GPUShader:
+    """Return the shader of the program that `make` returns, compiled once. Raises DriverError."""
+    return compile_program(make(*arguments))
 
 
-@cache
-def shadow_shader() -> gpu.types.GPUShader:
-    """Return the shader that draws shadow maps."""
-    return compile_program(shadow_program())
-
-
-@cache
-def subsurface_gather_shader() -> gpu.types.GPUShader:
-    """Return the shader that adds subsurface scattering to a sample."""
-    samplers = dict.fromkeys(GATHER_MAPS, "FLOAT_2D")
-    return compile_program(fullscreen_program("subsurface_gather", samplers, {}, ("burley",), gather="Gather"))
-
-
-@cache
-def accumulate_shader() -> gpu.types.GPUShader:
-    """Return the shader that adds a sample to the sum."""
-    return compile_program(fullscreen_program("accumulate", {"radiance_map": "FLOAT_2D"}, {"background": "VEC4"}))
-
-
-@cache
-def resolve_shader() -> gpu.types.GPUShader:
-    """Return the shader that draws the mean of all samples."""
-    return compile_program(fullscreen_program("resolve", {"sum_map": "FLOAT_2D"}, {"weight": "FLOAT", "corner": "VEC2"}))
+def _bound(make: Callable[..., Program], *arguments: Variant) -> gpu.types.GPUShader:
+    """Return the shader `compiled` from what `make` returns, as the one that draws from here on."""
+    shader = compiled(make, *arguments)
+    shader.bind()
+    return shader
 
 
 def forget_shaders() -> None:
     """Free all shaders on the driver."""
-    for shader in (surface_shader, shadow_shader, subsurface_gather_shader, accumulate_shader, resolve_shader):
-        shader.cache_clear()
+    compiled.cache_clear()
 
 
 atexit.register(forget_shaders)  # or Blender reports them as leaked memory

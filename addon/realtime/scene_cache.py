@@ -85,7 +85,7 @@ class SceneCache:
             subsurface=material.has_subsurface,
             subsurface_in_scene=self.has_subsurface,
             lighting=self.lighting(),
-            normal_input=material.normal_input,
+            normal_map=material.normals is not None,
         )
 
     def update(self, depsgraph: bpy.types.Depsgraph, is_shown: Callable[[bpy.types.Object], bool] = lambda _: True) -> None:
@@ -109,7 +109,7 @@ class SceneCache:
 
     def _reread_materials(self, depsgraph: bpy.types.Depsgraph) -> bool:
         """Read the materials again. Returns False where one needs other attributes of its meshes than before."""
-        meter = _meter(depsgraph.scene)
+        meter = 1.0 / depsgraph.scene.unit_settings.scale_length
         for material in bpy.data.materials:
             before = self.materials.get(material.session_uid)
             if before:
@@ -124,7 +124,7 @@ class SceneCache:
         self._is_read = False  # until the end, in case of an error
         self.items, self.lights, self.materials, self._warnings, self._visibility = [], [], {}, [], {}
         before, self._meshes = self._meshes, {}
-        override, meter = depsgraph.view_layer_eval.material_override, _meter(depsgraph.scene)
+        override, meter = depsgraph.view_layer_eval.material_override, 1.0 / depsgraph.scene.unit_settings.scale_length
         for number, instance in enumerate(depsgraph.object_instances, 1):
             item = instance.object
             if not instance.show_self or not is_shown(instance.parent if instance.is_instance else item):
@@ -195,11 +195,6 @@ def _slot_material(item: bpy.types.Object, mesh: bpy.types.Mesh, slot: int) -> b
     if slots := item.material_slots:
         return slots[max(0, min(slot, len(slots) - 1))].material
     return mesh.materials[max(0, min(slot, len(mesh.materials) - 1))] if mesh.materials else None
-
-
-def _meter(scene: bpy.types.Scene) -> float:
-    """Return the length of a meter in the scene's units."""
-    return 1.0 / scene.unit_settings.scale_length
 
 
 def _world_radiance(world: bpy.types.World | None) -> Rgb:

@@ -11,8 +11,7 @@ from mathutils import Matrix, Vector
 from .lights import Light
 from .program import MAX_LIGHTS
 from .scene_bounds import SceneBounds
-from .uniforms import matrix_to_bytes
-from .view import View
+from .view import View, matrix_to_bytes
 
 MAP_SIZE = 4096  # texels
 WIDEST = math.radians(80.0)  # half the angle of a spot's map; what a wider cone lights beyond has no shadow

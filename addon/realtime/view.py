@@ -2,11 +2,10 @@
 """A camera's projection of a picture, of a rectangle of it, and of one sample of every pixel."""
 
 import math
+import struct
 from dataclasses import dataclass, replace
 
 from mathutils import Matrix, Vector
-
-from . import uniforms
 
 BLACKMAN_HARRIS = (0.35875, -0.48829, 0.14128, -0.01168)  # Blackman and Harris's window, as cosines of multiples of its angle
 
@@ -49,7 +48,12 @@ class View:
 
     def to_bytes(self, world: tuple[float, float, float]) -> bytes:
         """Return the struct View of program.py; `world` is the world's radiance [W/(m^2 sr)]."""
-        return uniforms.view_to_bytes(self.projection, self.eye, self.is_perspective, world)
+        return matrix_to_bytes(self.projection) + struct.pack("8f", *self.eye, self.is_perspective, *world, 0.0)
+
+
+def matrix_to_bytes(matrix: Matrix) -> bytes:
+    """Return a mat4: 16 floats, column by column."""
+    return struct.pack("16f", *(value for column in matrix.col for value in column))
 
 
 def eye_of(matrix: Matrix, is_perspective: bool) -> Vector:
