@@ -9,7 +9,7 @@ import pytest
 from true_diffuse.addon.closures.lobe import CYCLES, PAIR, SIGNED, SINGLE, cycles_bump_shadowing
 from true_diffuse.addon.closures.lobe_error import lobe_error
 from true_diffuse.addon.closures.lobe_table import TABLE
-from true_diffuse.addon.closures.lobes import Rendered, expansion
+from true_diffuse.addon.closures.lobes import Rendered
 from true_diffuse.addon.models import (
     MODELS,
     CyclesDiffuse,
@@ -20,8 +20,10 @@ from true_diffuse.addon.models import (
     OrenNayar,
     OrenNayar1994,
     Pitted,
+    by_formula,
     directional_albedo,
 )
+from true_diffuse.addon.models.terms import float_view
 from true_diffuse.addon.models.vector import from_polar
 from true_diffuse.addon.models.wolff import AVERAGE_REFLECTANCE, average_transmittance
 from true_diffuse.scripts.fit import albedo, lobes
@@ -83,7 +85,7 @@ def test_lobes_are_finite_where_view_and_normal_meet(lobe_set: str) -> None:
 @pytest.mark.parametrize("degrees", [10, 45, 70, 85])
 def test_signed_lobes_reflect_a_uniform_world_as_the_model_does(model: Model, degrees: int) -> None:
     mu, rho = math.cos(math.radians(degrees)), 1.0
-    facing, functions = expansion(model, mu, rho)
+    facing, functions = by_formula(model).terms_of(model, float_view(mu, rho)).expansion()
     lobes, table = TABLE[SIGNED][next(iter(functions))]
     lengths = [math.hypot(lobe.along, lobe.side, lobe.up(mu)) for lobe in lobes]
     shown = facing + sum(

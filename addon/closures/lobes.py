@@ -23,15 +23,10 @@ from dataclasses import dataclass, field
 from ..models.geometry import clamp
 from ..models.protocol import Model
 from ..models.registry import CyclesClosures, ReflectanceModel, by_formula
-from ..models.terms import Expansion, float_view
+from ..models.terms import float_view
 from ..models.vector import Vector, add, dot, normalize, scale
 from .lobe import CYCLES, PAIR, SIGNED, SINGLE, Fit, eevee_horizon, lobe_values
 from .lobe_table import TABLE
-
-
-def expansion(model: Model, mu: float, rho: float) -> Expansion:
-    """Return the expansion of a registered model's formula, seen at N.V = `mu`, for the albedo `rho`; ValueError for another's."""
-    return by_formula(model).terms_of(model, float_view(mu, rho)).expansion()
 
 
 @dataclass(frozen=True)
