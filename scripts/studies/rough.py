@@ -234,7 +234,7 @@ def _degrees(quick: bool) -> tuple[float, ...]:
 def rough_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return columns and rows for people: a row for each case, its errors in %, those of all angles side by side."""
     angles = sorted({record["light_degrees"] for record in records})
-    columns = ("Way", "Model", "Sigma", "Lobes", *(f"{angle:g}\u00b0" for angle in angles), "s")
+    columns = ("Configuration", "Model", "Sigma", "Lobes", *(f"{angle:g}\u00b0" for angle in angles), "s")
     groups: dict[tuple[Any, ...], list[Record]] = {}
     for record in records:
         configuration = f"{record['engine']} {record['target'] if record['target'] == 'osl' else record['quality']}"
