@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Panels: Material properties > True Diffuse, the same in the Shader Editor's sidebar, and the error in Scene properties."""
 
+import textwrap
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,7 @@ from . import menus, plots
 if TYPE_CHECKING:
     from ..material.summary import MaterialSummary
 
+LINE = 34  # letters that fit into a sidebar beside an icon
 CHANNELS = ("Red", "Green", "Blue")
 NARROWEST, WIDEST = 7.0, 13.0  # of a plot, times an icon's size
 
@@ -221,7 +223,9 @@ def draw_accuracy(
     """Draw the stated error of the formulas, and the last measurement of the material's `surface`."""
     from ..material.summary import stated_error
 
-    layout.label(text=stated_error(summary, context.scene) or "Not measured yet", icon="INFO")
+    first, *rest = textwrap.wrap(stated_error(summary, context.scene) or "Not measured yet", LINE)
+    layout.label(text=first, icon="INFO")
+    _caption(layout, *rest)
     layout.operator(TRUE_DIFFUSE_OT_measure.bl_idname)
     measurement = measurements.get(material.session_uid)
     if measurement is None:
