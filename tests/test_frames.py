@@ -22,9 +22,6 @@ class Counted:
         self.setting = setting
         return {"width": round(1000 * setting.pixels), "height": 1000, "triangles": round(1e6 * setting.triangles)}
 
-    def prepare_as_built(self) -> dict[str, int]:
-        return self.prepare(Setting())
-
     def frame(self, law) -> dict[str, float]:
         name = self.names[id(law)]
         self.order.append(name)

@@ -2,8 +2,9 @@
 """What the rough models cost: operations and time of equation (1) in GLSL, and render time against Blender's own Diffuse BSDF."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from statistics import median
 
 import bpy
@@ -42,22 +43,37 @@ def forms(progress: Progress) -> Iterator[Record]:
     )
     empty = Form("empty", "return n.x;")
     with progress.step("GLSL  equation (1)", 1.0):
-        drawn = {form: _draw(form) for form in (empty, *FORMS, safe)}
-        seconds: dict[Form, list[float]] = {form: [] for form in drawn}
-        for _ in range(ROUNDS):
-            for form, draw in drawn.items():
-                start = time.perf_counter()
-                draw()
-                seconds[form].append(time.perf_counter() - start)
+        seconds = in_turns({form: partial(_seconds, _draw(form)) for form in (empty, *FORMS, safe)}, ROUNDS)
     loop = median(seconds[empty])
     for form in (*FORMS, safe):
-        spent = (median(seconds[form]) - loop) / (SIZE * SIZE * EVALUATIONS)
-        yield {
-            "target": "glsl",
-            "form": form.name,
-            "operations": None if form is safe else form.operations(),
-            "nanoseconds": 1e9 * spent,
-        }
+        nanoseconds = 1e9 * (median(seconds[form]) - loop) / (SIZE * SIZE * EVALUATIONS)
+        operations = None if form is safe else form.operations()
+        yield {"target": "glsl", "form": form.name, "operations": operations, "nanoseconds": nanoseconds}
+
+
+def in_turns[Key, Take](
+    takes: Mapping[Key, Callable[[], Take]], rounds: int, report: Callable[[int], None] | None = None
+) -> dict[Key, list[Take]]:
+    """Return what each of `takes` returns in each of the rounds, in which all take turns, every other one backwards.
+
+    Each is called once before, which counts for nothing, as shaders are compiled then. `report` is told how many are done.
+    """
+    for take in takes.values():
+        take()
+    found: dict[Key, list[Take]] = {key: [] for key in takes}
+    for turn in range(rounds):
+        for k, key in enumerate(list(takes)[:: -1 if turn % 2 else 1]):
+            found[key].append(takes[key]())
+            if report:
+                report(turn * len(takes) + k + 1)
+    return found
+
+
+def _seconds(do: Callable[[], object]) -> float:
+    """Return how long something takes [s]."""
+    start = time.perf_counter()
+    do()
+    return time.perf_counter() - start
 
 
 def _draw(form: Form) -> Callable[[], None]:
@@ -91,7 +107,6 @@ void main() {{
             batch.draw(shader)
             gpu.state.active_framebuffer_get().read_color(0, 0, 1, 1, 4, 0, "FLOAT")
 
-    draw()
     return draw
 
 
@@ -126,26 +141,15 @@ def groups(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine],
     for timed in TIMED_MATERIALS:
         if timed.engine not in used:
             continue
-
-        def of_sphere(material: bpy.types.Material, timed: TimedMaterial = timed) -> float:
-            return sphere.radiance(material, [sphere.sun], None, timed.engine, SAMPLES[timed.engine], timed.shadows)[0]
-
-        def of_five(material: bpy.types.Material, timed: TimedMaterial = timed) -> float:
-            for character in five.characters:
-                character.subject.material_slots[0].material = material
-            five.scene.eevee.use_shadows = timed.shadows
-            engines.use(five.scene, timed.engine, SAMPLES_OF_FIVE[timed.engine])
-            start = time.perf_counter()
-            render.render(five.scene)
-            return time.perf_counter() - start
-
-        for scene, sun, seconds_of in ((sphere.scene, sphere.sun, of_sphere), (five.scene, five.key, of_five)):
+        for where, scene, sun, seconds_of in (
+            ("sphere", sphere.scene, sphere.sun, partial(_sphere_seconds, sphere, timed)),
+            ("five characters", five.scene, five.key, partial(_five_seconds, five, timed)),
+        ):
             chosen_lights.choose([sun])
             scene.cycles.shading_system = timed.osl
             material = materials.create(timed.quality, ROUGH_DIFFUSE, Model=timed.model, Quality=timed.quality, Roughness=SIGMA)
-            where = "sphere" if scene is sphere.scene else "five characters"
             with progress.step(f"{timed.engine.label}  {timed.quality}  {timed.model}  {where}", 1.0):
-                mine, theirs = _interleaved(seconds_of, material, own)
+                seconds = in_turns({each: partial(seconds_of, each) for each in (material, own)}, ROUNDS)
             yield {
                 "scene": where,
                 "target": "osl" if timed.osl else "nodes",
@@ -153,19 +157,22 @@ def groups(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine],
                 "quality": timed.quality,
                 "model": timed.model,
                 "shadows": timed.shadows,
-                "render_seconds": median(mine),
-                "own_seconds": median(theirs),
-                "ratio": median(a / b for a, b in zip(mine, theirs, strict=True)),
+                "render_seconds": median(seconds[material]),
+                "own_seconds": median(seconds[own]),
+                "ratio": median(a / b for a, b in zip(seconds[material], seconds[own], strict=True)),
             }
 
 
-def _interleaved(
-    seconds_of: Callable[[bpy.types.Material], float], first: bpy.types.Material, second: bpy.types.Material
-) -> tuple[list[float], list[float]]:
-    """Return the seconds of either in ROUNDS turns, after one that counts for nothing, as shaders are compiled in it."""
-    seconds_of(first), seconds_of(second)
-    turns = [(seconds_of(first), seconds_of(second)) for _ in range(ROUNDS)]
-    return [turn[0] for turn in turns], [turn[1] for turn in turns]
+def _sphere_seconds(sphere: SphereUnderSun, timed: TimedMaterial, material: bpy.types.Material) -> float:
+    return sphere.radiance(material, [sphere.sun], None, timed.engine, SAMPLES[timed.engine], timed.shadows)[0]
+
+
+def _five_seconds(five: FiveCharacters, timed: TimedMaterial, material: bpy.types.Material) -> float:
+    for character in five.characters:
+        character.subject.material_slots[0].material = material
+    five.scene.eevee.use_shadows = timed.shadows
+    engines.use(five.scene, timed.engine, SAMPLES_OF_FIVE[timed.engine])
+    return _seconds(partial(render.render, five.scene))
 
 
 def work(used: Sequence[Engine]) -> int:

@@ -6,8 +6,9 @@ What is drawn are the five characters, all of one model, without Blender's part 
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from statistics import linear_regression, median, quantiles
 
 import bpy
@@ -22,6 +23,7 @@ from true_diffuse.addon.realtime.renderer import TRANSPARENT, Renderer
 from true_diffuse.addon.realtime.scene_cache import BLACK, SceneCache
 from true_diffuse.addon.realtime.view import View
 from true_diffuse.scenes import five_characters
+from true_diffuse.scripts.studies.cost import in_turns
 from true_diffuse.scripts.studies.formulations import FORMS, glsl_form
 
 SIGMA = 0.33
@@ -35,6 +37,7 @@ GROWTH_LIGHTS = 4  # while pixels and triangles change
 SUNS = tuple((0.2 * k - 0.7, -0.75, 0.5 - 0.05 * k) for k in range(8))  # towards each of the lights, before the characters
 SOFTWARE = ("llvmpipe", "softpipe", "swiftshader", "software")  # in the names of drivers that draw on the processor
 AS_BUILT = "key, shadow, sky"
+CLOCKS = ("readback", "processor")
 
 PLAIN_LAMBERT, LAMBERT, OREN_NAYAR = "plain Lambert", "lambert.glsl", "oren_nayar.glsl"
 PLAIN = (PLAIN_LAMBERT, "plain (1), as printed", "plain (1), simplified", "plain (1), folded")
@@ -54,11 +57,18 @@ type Times = Mapping[str, float]
 
 @dataclass(frozen=True)
 class Setting:
-    """What is drawn: suns, the lights that cost least; pixels and triangles as multiples of the picture's and the characters'."""
+    """What is drawn: suns, the lights that cost least, or with 0 the key light, its shadow and the sky of the scene as built.
 
-    lights: int = 1
+    Pixels and triangles are multiples of the picture's and the characters'.
+    """
+
+    lights: int
     pixels: float = 1.0
     triangles: float = 1.0
+
+    @property
+    def lit_by(self) -> str:
+        return f"{self.lights} sun{'s' * (self.lights > 1)}" if self.lights else AS_BUILT
 
 
 class Characters:
@@ -80,16 +90,13 @@ class Characters:
     def prepare(self, setting: Setting) -> Record:
         """Have `setting` ready to draw; return its width, height and triangles."""
         self._read(setting.triangles, setting.pixels)
-        key = self._cache.lights[0]
-        towards = [tuple(Vector(one).normalized()) for one in SUNS[: setting.lights]]
-        self._cache.lights = [replace(key, axis=one, casts_shadow=False) for one in towards]
-        self._cache.world = BLACK
-        return self._size()
-
-    def prepare_as_built(self) -> Record:
-        """Have the scene ready with its own light: the key light, its shadow and the sky. Returns what `prepare` does."""
-        self._read(1.0, 1.0)
-        return self._size()
+        if setting.lights:
+            key = self._cache.lights[0]
+            towards = [tuple(Vector(one).normalized()) for one in SUNS[: setting.lights]]
+            self._cache.lights = [replace(key, axis=one, casts_shadow=False) for one in towards]
+            self._cache.world = BLACK
+        triangles = sum(item.mesh.triangles for item in self._cache.items)
+        return {"width": self._view.width, "height": self._view.height, "triangles": triangles}
 
     def frame(self, model: GlslModel) -> Times:
         """Draw everything with `model` at INPUTS and wait until it is done; return how long that took [s].
@@ -159,81 +166,63 @@ class Characters:
             subject.modifiers.remove(modifier)
         return self._meshes[detail]
 
-    def _size(self) -> Record:
-        triangles = sum(item.mesh.triangles for item in self._cache.items)
-        return {"width": self._view.width, "height": self._view.height, "triangles": triangles}
-
 
 def is_software(renderer: str) -> bool:
     """Return whether the driver of this name draws on the processor, so that its times are good for ratios alone."""
     return any(name in renderer.lower() for name in SOFTWARE)
 
 
+def _series(quick: bool) -> dict[str, tuple[list[Setting], Mapping[str, GlslModel]]]:
+    """Return what is timed, by what changes from setting to setting: the settings, and the models that take turns in each."""
+    if quick:
+        return {"lights": ([Setting(count) for count in QUICK_LIGHTS], VARIANTS)}
+    return {
+        "lights": ([Setting(count) for count in LIGHTS], VARIANTS),
+        "pixels": ([Setting(GROWTH_LIGHTS, pixels=factor) for factor in PIXELS], GROWING),
+        "triangles": ([Setting(GROWTH_LIGHTS, triangles=factor) for factor in TRIANGLES], GROWING),
+    }
+
+
 def work(quick: bool) -> float:
     """Return how many units of work `records` has: a frame's, and a fifth of that for each light."""
-    lights, rounds = (QUICK_LIGHTS, QUICK_ROUNDS) if quick else (LIGHTS, ROUNDS)
-    frames = sum(_work(VARIANTS, count, rounds) for count in lights) + len(AS_BUILT_VARIANTS) * rounds
-    return frames + (0.0 if quick else _work(GROWING, GROWTH_LIGHTS, rounds) * len((*PIXELS, *TRIANGLES)))
+    timed = [(setting, models) for settings, models in _series(quick).values() for setting in settings]
+    frames = sum(len(models) * _frame_work(setting) for setting, models in (*timed, (Setting(0), AS_BUILT_VARIANTS)))
+    return frames * (QUICK_ROUNDS if quick else ROUNDS)
 
 
 def records(characters: Characters, quick: bool, progress: Progress) -> Iterator[Record]:
     """Yield a record for each variant, number of lights and clock, how the cost grows (not if `quick`), and the scene as built."""
-    lights, rounds = (QUICK_LIGHTS, QUICK_ROUNDS) if quick else (LIGHTS, ROUNDS)
-    by_lights = [one for count in lights for one in compare(characters, Setting(count), VARIANTS, rounds, progress)]
-    yield from by_lights
-    if not quick:
-        yield from growths(characters, by_lights, rounds, progress)
-    about = {"lit_by": AS_BUILT, "lights": 1, **characters.prepare_as_built()}
-    with progress.step(AS_BUILT, len(AS_BUILT_VARIANTS) * rounds):
-        yield from interleaved(characters, about, AS_BUILT_VARIANTS, rounds, progress.within)
+    rounds = QUICK_ROUNDS if quick else ROUNDS
+    for what, (settings, models) in _series(quick).items():
+        found = [one for setting in settings for one in compare(characters, setting, models, rounds, progress)]
+        if what == "lights":
+            yield from found
+        if not quick:
+            yield from growth(what, [one for one in found if one["model"] in GROWING])
+    yield from compare(characters, Setting(0), AS_BUILT_VARIANTS, rounds, progress)
 
 
 def compare(
     characters: Characters, setting: Setting, models: Mapping[str, GlslModel], rounds: int, progress: Progress
 ) -> list[Record]:
-    """Return a record for each of `models` and each clock, after `rounds` in which all take turns, every other one backwards."""
-    lit_by = f"{setting.lights} sun{'s' * (setting.lights > 1)}"
-    about = {"lit_by": lit_by, "lights": setting.lights, **characters.prepare(setting)}
-    text = f"{lit_by}  {about['width']} x {about['height']}  {about['triangles']} triangles"
-    with progress.step(text, _work(models, setting.lights, rounds)):
-        return interleaved(characters, about, models, rounds, lambda done: progress.within(done * _frame_work(setting.lights)))
-
-
-def interleaved(
-    characters: Characters, about: Record, models: Mapping[str, GlslModel], rounds: int, report: Callable[[int], None]
-) -> list[Record]:
-    """Return a record for each of `models` and clock: `about`, the median time and its quartiles, and so of each round's ratio.
-
-    What is prepared is drawn. `report` is called with how many frames are done.
-    """
-    for one in models.values():
-        characters.frame(one)  # counts for nothing, as shaders are compiled in it
-    names = list(models)
-    rows: list[dict[str, Times]] = []
-    for turn in range(rounds):
-        row = {}
-        for name in names[::-1] if turn % 2 else names:
-            row[name] = characters.frame(models[name])
-            report(turn * len(models) + len(row))
-        rows.append(row)
+    """Return a record for each of `models` and each clock, timed in turns: medians and quartiles, also of the ratios."""
+    about = {"lit_by": setting.lit_by, "lights": setting.lights, **characters.prepare(setting)}
+    text = f"{setting.lit_by}  {about['width']} x {about['height']}  {about['triangles']} triangles"
+    frame = _frame_work(setting)
+    with progress.step(text, len(models) * rounds * frame):
+        takes = {name: partial(characters.frame, model) for name, model in models.items()}
+        times = in_turns(takes, rounds, lambda done: progress.within(done * frame))
     found = []
-    for name in names:
-        for clock in rows[0][name]:
+    for name in models:
+        for clock in CLOCKS:
             record = {"target": "realtime", "model": name, "clock": clock, **about, "rounds": rounds}
-            record |= _spread("seconds", [row[name][clock] for row in rows])
+            record |= _spread("seconds", [time[clock] for time in times[name]])
             for key, other in (("over_lambert", LAMBERT), ("over_plain_lambert", PLAIN_LAMBERT)):
                 if other in models:
-                    record |= _spread(key, [row[name][clock] / row[other][clock] for row in rows])
+                    ratios = [own[clock] / theirs[clock] for own, theirs in zip(times[name], times[other], strict=True)]
+                    record |= _spread(key, ratios)
             found.append(record)
     return found
-
-
-def growths(characters: Characters, by_lights: Sequence[Record], rounds: int, progress: Progress) -> Iterator[Record]:
-    """Yield how the cost grows with lights, as timed, with pixels and with triangles."""
-    yield from growth("lights", [record for record in by_lights if record["model"] in GROWING])
-    for what, factors in (("pixels", PIXELS), ("triangles", TRIANGLES)):
-        settings = [replace(Setting(GROWTH_LIGHTS), **{what: factor}) for factor in factors]
-        yield from growth(what, [one for setting in settings for one in compare(characters, setting, GROWING, rounds, progress)])
 
 
 def growth(what: str, found: Sequence[Record]) -> Iterator[Record]:
@@ -257,7 +246,10 @@ def table(found: Sequence[Record], clock: str, absolute: bool) -> Table:
     """
     timed = [record for record in found if "over_plain_lambert" in record and record["clock"] == clock]
     lights = tuple(dict.fromkeys(record["lit_by"] for record in timed))
-    cells = {(record["model"], record["lit_by"]): _cell(record, absolute) for record in timed}
+    cells = {}
+    for record in timed:
+        time = f"{1e3 * record['seconds']:.3g} ms  " if absolute else ""
+        cells[record["model"], record["lit_by"]] = f"{time}{record['over_lambert']:.2f} / {record['over_plain_lambert']:.2f}"
     names = dict.fromkeys(record["model"] for record in timed)
     rows: list[tuple[str, ...]] = [(name, *(cells.get((name, light), "") for light in lights)) for name in names]
     return ("Model", *lights), rows
@@ -277,12 +269,8 @@ def growth_table(found: Sequence[Record], absolute: bool) -> Table:
     return ("Model", "At", "Fixed", "Grows", "Off the line", *("Line",) * absolute), rows
 
 
-def _frame_work(lights: int) -> float:
-    return 1.0 + lights / 5.0
-
-
-def _work(models: Mapping[str, GlslModel], lights: int, rounds: int) -> float:
-    return len(models) * rounds * _frame_work(lights)
+def _frame_work(setting: Setting) -> float:
+    return 1.0 + setting.lights / 5.0
 
 
 def _spread(key: str, values: Sequence[float]) -> Record:
@@ -299,8 +287,3 @@ def _amount(what: str, record: Record) -> float:
         "triangles": 1e-6 * record["triangles"],
     }
     return amounts[what]
-
-
-def _cell(record: Record, absolute: bool) -> str:
-    time = f"{1e3 * record['seconds']:.3g} ms  " if absolute else ""
-    return f"{time}{record['over_lambert']:.2f} / {record['over_plain_lambert']:.2f}"
