@@ -19,6 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, script_arguments
+from true_diffuse.scripts.cli.inputs import sample_count
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import (
     NODE_ENGINES,
@@ -27,7 +28,6 @@ from true_diffuse.scripts.cli.startup import (
     load_character,
     register_realtime,
     run_script,
-    sample_count,
     start_blender,
 )
 

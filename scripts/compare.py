@@ -23,26 +23,26 @@ import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli import inputs
 from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, script_arguments
 from true_diffuse.scripts.cli.outputs import OutputFolder
-from true_diffuse.scripts.cli.startup import engine_list, load_bpy, run_script, sample_count, start_blender
+from true_diffuse.scripts.cli.startup import engine_list, load_bpy, run_script, start_blender
 
 if TYPE_CHECKING:
     from true_diffuse.addon.blender.engines import Engine
     from true_diffuse.addon.measure.record import Record
-    from true_diffuse.addon.optimize.materials import OptimizedNode
     from true_diffuse.addon.probe.tolerance import Choice
-    from true_diffuse.scripts.studies.comparison.base import Collected, Renderer
-    from true_diffuse.scripts.studies.comparison.face import JobSpec as FaceSpec
-    from true_diffuse.scripts.studies.comparison.five import JobSpec as FiveSpec
+    from true_diffuse.scripts.studies.comparison.base import Collected, JobSpec, Renderer
 
 OPTION_NAMES = {"characters": "character", "sigmas": "sigma", "full_figure": "full-figure"}  # where they are not the attributes'
 REPORT, OUT = Path("report/report.json"), Path("comparison")
+
+type Table = tuple[str, Sequence[str], Sequence[Sequence[str]]]  # title, columns and rows
+type Found = tuple[dict[str, Any], list[Table]]  # what compare.json holds beside the options, and what the terminal shows
 
 
 @dataclass(frozen=True)
 class Scene:
     """What can be compared: how, and the defaults of the options that it has beside those of all scenes."""
 
-    compare: Callable[[Namespace, list["Engine"], OutputFolder, Terminal], list[str]]
+    compare: Callable[[Namespace, list["Engine"], OutputFolder, Terminal], Found]
     resolution: tuple[int, int]
     samples: Mapping[str, int]  # by the keys of the engines that render it
     options: Mapping[str, object]  # by name
@@ -74,7 +74,7 @@ def parse(arguments: list[str]) -> Namespace:
     text = f"pixels ({defaults(lambda scene: '{}x{}'.format(*scene.resolution))})"
     add("--resolution", type=_resolution, metavar="WxH", help=text)
     text = f"per pixel ({defaults(lambda scene: ', '.join(f'{key} {count}' for key, count in scene.samples.items()))})"
-    add("--samples", type=sample_count, metavar="N", help=text)
+    add("--samples", type=inputs.sample_count, metavar="N", help=text)
     text = 'five: instead of --samples: the error to stay below, as "2%%" or 2; the fastest quality and samples are picked for it'
     add("--error", type=_tolerance, metavar="PERCENT", help=text)
     text = f"report of scripts/report.py on this machine to pick from (default: {REPORT})"
@@ -83,9 +83,9 @@ def parse(arguments: list[str]) -> Namespace:
     text += "any number of them, also patterns as 'shots/**/*.glb'"
     add("--character", dest="characters", nargs="+", action="extend", metavar="WHO", help=text)
     text = "five: frames of the characters' own animation, as 1-24, 1-24:4 or 1,5,9"
-    add("--frames", type=inputs.frame_list, metavar="LIST", help=text)
+    add("--frames", type=inputs.frame_numbers, metavar="LIST", help=text)
     add("--sigma", dest="sigmas", type=_sigmas, metavar="LIST", help="five: facet slopes in radians (default: 0,0.2,0.33)")
-    add("--albedo", type=_albedo, metavar="RHO", help="five: of the lightest paint, 0 to 1 (default: 0.8)")
+    add("--albedo", type=inputs.number(float, 0.0, 1.0), metavar="RHO", help="five: of the lightest paint, 0 to 1 (default: 0.8)")
     text = "five: show the human from head to toe instead of as a bust"
     add("--full-figure", action="store_const", const=True, help=text)
     text = "five, face: optimize the materials for each engine, which renders the same picture (default: on)"
@@ -94,7 +94,7 @@ def parse(arguments: list[str]) -> Namespace:
     add("--save-blend", action="store_true", help="also write SCENE.blend, the scene to open in Blender")
     text = "five, face: render nothing, but write a job bundle of Open Job Description that does"
     add("--job", type=Path, metavar="DIR", help=text)
-    add("--chunk", type=inputs.chunk_size, metavar="N", help="with --job: frames of one task (default: 8)")
+    add("--chunk", type=inputs.number(int, 1, inputs.MOST_FRAMES), metavar="N", help="with --job: frames of one task (default: 8)")
     options = parser.parse_args(arguments)
     scene = SCENES[options.scene]
     for key in options.engines or ():
@@ -120,28 +120,17 @@ def parse(arguments: list[str]) -> Namespace:
     return options
 
 
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise ArgumentTypeError(f"{text!r} is not a number") from None
-
-
 def _resolution(text: str) -> tuple[int, int]:
-    width, _, height = text.lower().partition("x")
-    if not (width.isdecimal() and height.isdecimal()):
+    width, by, height = text.lower().partition("x")
+    if not by:
         raise ArgumentTypeError(f"{text!r} is not WIDTHxHEIGHT in pixels")
-    size = int(width), int(height)
-    if not all(16 <= side <= 16384 for side in size):
-        raise ArgumentTypeError(f"{text!r}: each side must be 16 to 16384 pixels")
-    return size
+    side = inputs.number(int, 16, 16384)
+    return side(width), side(height)
 
 
 def _sigmas(text: str) -> tuple[float, ...]:
-    values = tuple(dict.fromkeys(abs(value) if value == 0.0 else value for value in map(_number, text.split(","))))
-    for value in values:
-        if not 0.0 <= value <= math.pi / 2:
-            raise ArgumentTypeError(f"sigma must be 0 to pi/2 radians, not {value:g}")
+    sigma = inputs.number(float, 0.0, math.pi / 2)
+    values = tuple(dict.fromkeys(sigma(part) + 0.0 for part in text.split(",")))  # -0.0 + 0.0 is 0.0
     if len(values) > 8:
         raise ArgumentTypeError(f"at most 8 sigmas fit in the picture, not {len(values)}")
     return values
@@ -156,50 +145,38 @@ def _tolerance(text: str) -> float:
         raise ArgumentTypeError(f"{text!r} is not a percentage above 0 and up to 100") from None
 
 
-def _albedo(text: str) -> float:
-    value = _number(text)
-    if not 0.0 <= value <= 1.0:
-        raise ArgumentTypeError(f"albedo must be 0 to 1, not {value:g}")
-    return value
-
-
 def compare(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
     """Render, measure and write everything into `output`, then publish it."""
-    written = SCENES[options.scene].compare(options, start_blender(options.engines, terminal), output, terminal)
+    document, tables = SCENES[options.scene].compare(options, start_blender(options.engines, terminal), output, terminal)
+    output.write_json("compare.json", {**document, "options": vars_of(options)})
+    written = output.publish()
+    for table in tables:
+        terminal.table(*table)
     terminal.say(f"Wrote {', '.join(written)} to {options.out}")
 
 
-def five_spec(options: Namespace, engines: Sequence[str], choices: Mapping[str, "Choice"]) -> "FiveSpec":
-    """Return what the options ask for of the five characters. Raises BadInput where a character's file is not there."""
-    from true_diffuse.scripts.studies.comparison.base import CHUNK
-    from true_diffuse.scripts.studies.comparison.five import Configuration, JobSpec
+def job_spec(options: Namespace, engines: Sequence[str], choices: Mapping[str, "Choice"]) -> "JobSpec":
+    """Return what the options ask for of the five characters or the face. Raises BadInput where a character's file is not there."""
+    from true_diffuse.scripts.studies.comparison import face, five
 
-    defaults = SCENES["five"].samples
-    return JobSpec(
-        characters=inputs.checked_characters(options.characters),
+    defaults = SCENES[options.scene].samples
+    asked: dict[str, Any] = {
+        "characters": inputs.checked_characters(options.characters),
+        "engines": tuple(engines),
+        "samples": {key: choices[key].samples if key in choices else options.samples or defaults[key] for key in engines},
+        "resolution": options.resolution,
+        "optimize": options.optimize,
+    }
+    if options.scene == "face":
+        return face.JobSpec(**asked)
+    return five.JobSpec(
+        **asked,
         frames=options.frames or (None,),
-        engines=tuple(engines),
-        samples={key: choices[key].samples if key in choices else options.samples or defaults[key] for key in engines},
-        resolution=options.resolution,
         sigmas=options.sigmas,
         albedo=options.albedo,
         full_figure=options.full_figure,
-        optimize=options.optimize,
-        configurations={key: Configuration(choice.quality, choice.osl) for key, choice in choices.items()},
-        chunk=options.chunk or CHUNK,
-    )
-
-
-def face_spec(options: Namespace, engines: Sequence[str]) -> "FaceSpec":
-    """Return what the options ask for of the face. Raises BadInput where a character's file is not there."""
-    from true_diffuse.scripts.studies.comparison.face import JobSpec
-
-    return JobSpec(
-        characters=inputs.checked_characters(options.characters),
-        engines=tuple(engines),
-        samples={key: options.samples or SCENES["face"].samples[key] for key in engines},
-        resolution=options.resolution,
-        optimize=options.optimize,
+        configurations={key: five.Configuration(choice.quality, choice.osl) for key, choice in choices.items()},
+        **({"chunk": options.chunk} if options.chunk else {}),
     )
 
 
@@ -208,48 +185,77 @@ def write_job(options: Namespace, output: OutputFolder, terminal: Terminal) -> N
     load_bpy()
     from true_diffuse.scripts.farm import comparison, jobs
 
-    assert options.job is not None
-    spec = face_spec(options, options.engines) if options.scene == "face" else five_spec(options, options.engines, {})
-    document = {"study": options.scene, "spec": spec.to_json(), "options": vars_of(options)}
+    spec = job_spec(options, options.engines, {})
+    document = {"study": options.scene, "spec": asdict(spec), "options": vars_of(options)}
     description = f"{len(spec.characters)} characters, {len(spec.frames)} frames, {', '.join(spec.engines)}"
-    target = options.job, None if options.out == OUT else options.out
-    jobs.write_job(f"True Diffuse, scene {options.scene}", description, document, comparison.steps(spec), target, output, terminal)
+    results = None if options.out == OUT else options.out
+    jobs.write_job(f"True Diffuse, scene {options.scene}", description, document, comparison.steps(spec), results, output, terminal)
 
 
-def compare_five(options: Namespace, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> list[str]:
+def compare_five(options: Namespace, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> Found:
     """Compare the five characters with the analytic models."""
     from true_diffuse.scripts.studies import five
     from true_diffuse.scripts.studies.comparison.five import Renderer
 
     choices = _pick(options, chosen, terminal)
-    spec = five_spec(options, [engine.key for engine in chosen], choices)
-    collected = _render(Renderer(spec, chosen), options, output, terminal)
+    collected = _render(Renderer, chosen, choices, options, output, terminal)
     reached = _reached(options, choices, collected.records, terminal)
-    document = {**collected.document(), "options": vars_of(options)} | ({"choices": reached} if reached else {})
-    output.write_json("compare.json", document)
-    written = output.publish()
-    terminal.table("Error against the analytic model, key light alone", *five.table(collected.records))
+    tables: list[Table] = [("Error against the analytic model, key light alone", *five.table(collected.records))]
     if held := collected.realtime_from_cycles:
-        terminal.table("Realtime from Cycles with no bounces, key light alone", *five.realtime_table(held))
-    return written
+        tables.append(("Realtime from Cycles with no bounces, key light alone", *five.realtime_table(held)))
+    return collected.document() | ({"choices": reached} if reached else {}), tables
 
 
-def _render(renderer: "Renderer[Any]", options: Namespace, output: OutputFolder, terminal: Terminal) -> "Collected":
-    """Render all that a renderer's spec asks for; return what it comes to, pictures in `output`. Raises BadInput."""
+def compare_face(options: Namespace, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> Found:
+    """Compare the engines' heads with BRDF, BSSRDF and the mixed model with those of Cycles, region by region."""
+    from true_diffuse.scripts.studies import face
+    from true_diffuse.scripts.studies.comparison.face import Renderer
+
+    collected = _render(Renderer, chosen, {}, options, output, terminal)
+    title = "On skin, RMS difference from Cycles, key and back light alone"
+    return collected.document(), [(title, *face.table(collected.records))]
+
+
+def compare_searchlight(options: Namespace, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> Found:
+    """Compare where a narrow beam's light leaves a slab with Burley and the dipole."""
+    from true_diffuse.addon.probe.environment import environment
+    from true_diffuse.scripts.studies import searchlight
+
+    if options.save_blend:
+        raise BadInput("--scene searchlight has no scene to save: it is built anew for every ring")
+    samples = {engine.key: options.samples or SCENES["searchlight"].samples[engine.key] for engine in chosen}
+    with terminal.progress(searchlight.work(chosen)) as progress:
+        records = list(searchlight.records(chosen, samples, progress))
+    output.write_text("searchlight.svg", searchlight.svg(records, *options.resolution))
+    table = "Where a narrow beam's light leaves the slab, R [1 / mfp^2]", *searchlight.table(records)
+    return {"records": records, "environment": environment(chosen)}, [table]
+
+
+def _render(
+    of: "type[Renderer[Any]]",
+    chosen: list["Engine"],
+    choices: Mapping[str, "Choice"],
+    options: Namespace,
+    output: OutputFolder,
+    terminal: Terminal,
+) -> "Collected":
+    """Render what the options ask for by a renderer `of` the scene; return what it comes to, pictures in `output`."""
+    from true_diffuse.addon.optimize.materials import COLUMNS, restore_materials, rows
     from true_diffuse.scripts.studies import pictures
     from true_diffuse.scripts.studies.comparison.base import Collected
-    from true_diffuse.scripts.studies.comparison.outcomes import Outcomes, WorkError
+    from true_diffuse.scripts.studies.comparison.outcomes import Outcomes
 
-    collected, chunks = Collected(), list(renderer.spec.chunks())
-    try:
-        with terminal.progress(sum(renderer.spec.work(item) for chunk in chunks for item in chunk)) as progress:
-            for chunk in chunks:
-                outcomes = Outcomes()
-                renderer.do(chunk, outcomes, progress)
-                renderer.collect(chunk, outcomes, output.folder, collected)
-    except WorkError as error:
-        raise BadInput(str(error)) from error
-    _describe_optimized(renderer.optimized, terminal)
+    spec = job_spec(options, [engine.key for engine in chosen], choices)
+    renderer, collected, chunks = of(spec, chosen), Collected(), list(spec.chunks())
+    with terminal.progress(sum(spec.work(item) for chunk in chunks for item in chunk)) as progress:
+        for chunk in chunks:
+            outcomes = Outcomes()
+            renderer.do(chunk, outcomes, progress)
+            renderer.collect(chunk, outcomes, output.folder, collected)
+    restore_materials()
+    for label, findings in renderer.optimized.items():
+        if findings:
+            terminal.table(f"Materials optimized for {label}", COLUMNS, rows(findings))
     if options.save_blend and renderer.scene:
         pictures.save_blend(renderer.scene, output.folder / f"{options.scene}.blend")
     return collected
@@ -294,45 +300,6 @@ def _reached(
             verdict = "as asked" if met else "more than asked"
             terminal.say(f"{LABELS[key]}: {percent(measured)} from the models measured under the key light, {verdict}")
     return found
-
-
-def _describe_optimized(found: Mapping[str, list["OptimizedNode"]], terminal: Terminal) -> None:
-    """Restore the materials, and say what was optimized in them, by engine."""
-    from true_diffuse.addon.optimize.materials import COLUMNS, restore_materials, rows
-
-    restore_materials()
-    for label, findings in found.items():
-        if findings:
-            terminal.table(f"Materials optimized for {label}", COLUMNS, rows(findings))
-
-
-def compare_face(options: Namespace, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> list[str]:
-    """Compare the engines' heads with BRDF, BSSRDF and the mixed model with those of Cycles, region by region."""
-    from true_diffuse.scripts.studies import face as study
-    from true_diffuse.scripts.studies.comparison.face import Renderer
-
-    collected = _render(Renderer(face_spec(options, [engine.key for engine in chosen]), chosen), options, output, terminal)
-    output.write_json("compare.json", {**collected.document(), "options": vars_of(options)})
-    written = output.publish()
-    terminal.table("On skin, RMS difference from Cycles, key and back light alone", *study.table(collected.records))
-    return written
-
-
-def compare_searchlight(options: Namespace, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> list[str]:
-    """Compare where a narrow beam's light leaves a slab with Burley and the dipole."""
-    from true_diffuse.addon.probe.environment import environment
-    from true_diffuse.scripts.studies import searchlight
-
-    if options.save_blend:
-        raise BadInput("--scene searchlight has no scene to save: it is built anew for every ring")
-    samples = {engine.key: options.samples or SCENES["searchlight"].samples[engine.key] for engine in chosen}
-    with terminal.progress(searchlight.work(chosen)) as progress:
-        records = list(searchlight.records(chosen, samples, progress))
-    output.write_text("searchlight.svg", searchlight.svg(records, *options.resolution))
-    output.write_json("compare.json", {"records": records, "environment": environment(chosen), "options": vars_of(options)})
-    written = output.publish()
-    terminal.table("Where a narrow beam's light leaves the slab, R [1 / mfp^2]", *searchlight.table(records))
-    return written
 
 
 SCENES = {

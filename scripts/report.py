@@ -8,6 +8,7 @@ import os
 import sys
 import time
 from argparse import ArgumentTypeError, Namespace
+from dataclasses import asdict
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from true_diffuse.scripts.studies.work_precision.test_scenes import TestScene
 
 SCENES = ("sphere", "furnace", "five", "face")
-LEAST_WORK = 1e-9  # where all is done already
 JOURNALS = {True: ".journal_quick", False: ".journal"}  # neither run takes the other's
 AGAIN = "run it again to go on from here"
 
@@ -101,10 +101,10 @@ def write_job(options: Namespace, output: OutputFolder, terminal: Terminal) -> N
     characters = inputs.checked_characters(options.character)
     hard_inputs = not options.quick and find_spec("mpmath") is not None
     spec = JobSpec(characters, options.engine, options.scene, options.quick, hard_inputs)
-    document = {"study": "report", "spec": spec.to_json()}
+    document = {"study": "report", "spec": asdict(spec)}
     description = f"{', '.join(options.scene)} in {', '.join(options.engine)}, {len(characters)} characters"
-    target = options.job, options.out
-    jobs.write_job("True Diffuse, error against run time", description, document, steps(spec), target, output, terminal)
+    name = "True Diffuse, error against run time"
+    jobs.write_job(name, description, document, steps(spec), options.out, output, terminal)
 
 
 def measure(options: Namespace, engines: list["Engine"], journal: "Journal", terminal: Terminal) -> None:
@@ -116,7 +116,7 @@ def measure(options: Namespace, engines: list["Engine"], journal: "Journal", ter
     targets = [] if options.quick else hard_input_targets(engines, journal, terminal)
     starts = next((left.scene for left in remaining if left.starts_eevee), None)
     work = sum(left.seconds for left in remaining) + run.STARTUP_WORK * bool(starts) + run.HARD_WORK * len(targets)
-    with terminal.progress(work + LEAST_WORK) as progress:
+    with terminal.progress(work) as progress:
         if starts:
             with progress.step("Starting EEVEE", run.STARTUP_WORK):
                 run.start_eevee(starts, journal)

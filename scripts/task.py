@@ -19,23 +19,19 @@ from typing import TYPE_CHECKING, Any
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
-from true_diffuse.scripts.cli.console import BAD_INPUT, BadInput, Parser, Terminal, script_arguments
+from true_diffuse.scripts.cli.console import BAD_INPUT, BadInput, Parser, Show, Terminal, script_arguments
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import NO_SHADER_CACHE, start_blender
 from true_diffuse.scripts.farm import worker
 from true_diffuse.scripts.farm.bundle import JOB
-from true_diffuse.scripts.farm.results import Incomplete, Results
+from true_diffuse.scripts.farm.results import Results
 from true_diffuse.scripts.studies.comparison.outcomes import WorkError
 
 if TYPE_CHECKING:
-    from true_diffuse.addon.blender.engines import Engine
-    from true_diffuse.scripts.farm.comparison import CompareJob
-    from true_diffuse.scripts.farm.report import ReportJob
-    from true_diffuse.scripts.farm.worker import Request, Show
+    from true_diffuse.scripts.farm.worker import Request
 
 KEEPER = os.getppid()  # before anything takes long: where it dies meanwhile, there would be another
 ITEMS = "items"  # the folder of the output that tasks write to
-STEPS = ("reference", "render")
 PARAMETERS = ("character", "frame", "engine", "look", "scene", "seed", "variant")
 
 
@@ -44,13 +40,8 @@ def main() -> int:
     options = parse(script_arguments())
     try:
         COMMANDS[options.command](options)
-    except Incomplete as error:
-        for problem in error.problems:
-            print(problem)
-        print(f"openjd_fail: {error}", flush=True)
-        return 1
     except WorkError as error:
-        print(f"openjd_fail: {error}", flush=True)
+        print(*error.details, f"openjd_fail: {error}", sep="\n", flush=True)
         return 1
     except BadInput as error:
         print(f"openjd_fail: {error}", flush=True)
@@ -62,30 +53,18 @@ def main() -> int:
 def parse(arguments: list[str]) -> Namespace:
     """Return the options; ends the process with one line and status 2 where they make no sense."""
     parser = Parser(prog="task.py", description=(__doc__ or "").splitlines()[0])
-    commands = parser.add_subparsers(dest="command", required=True, parser_class=Parser, metavar="COMMAND")
-    texts = {
-        "begin": "start the Blender of a session",
-        "reference": "render what others are held against",
-        "render": "render work items; without a choice all that are not done yet",
-        "collect": "merge what the work items came to",
-        "end": "end the Blender of a session",
-        "serve": "run as the Blender of a session",
-    }
-    for name, text in texts.items():
-        command = commands.add_parser(name, help=text, description=text.capitalize(), prog=f"task.py {name}")
-        command.add_argument("job", type=Path, help="folder of the job's bundle")
-        command.add_argument("--session", type=Path, metavar="DIR", help="folder of the session; without it, no Blender is kept")
-        command.add_argument(
-            "--path-mapping", type=Path, metavar="FILE", help="where this machine has the paths of the job's files"
-        )
-        command.add_argument("--blender", default="", metavar="PATH", help="Blender to start in place of the module bpy")
-        if name in (*STEPS, "collect"):
-            command.add_argument("--out", type=Path, metavar="DIR", help="folder of the results (default: output, in the bundle)")
-        if name in STEPS:
-            for parameter in PARAMETERS:
-                command.add_argument(f"--{parameter}", help="as the job's template has it")
-        if name == "serve":
-            command.add_argument("--keeper", type=int, required=True, help="process that the session ends with")
+    add = parser.add_argument
+    text = "begin, end: start or end the Blender of a session; serve: run as it; reference: render what others are held against; "
+    text += "render: render work items, without a choice all that are not done yet; collect: merge what the work items came to"
+    add("command", choices=COMMANDS, metavar="COMMAND", help=text)
+    add("job", type=Path, help="folder of the job's bundle")
+    add("--session", type=Path, metavar="DIR", help="folder of the session; without it, no Blender is kept")
+    add("--path-mapping", type=Path, metavar="FILE", help="where this machine has the paths of the job's files")
+    add("--blender", default="", metavar="PATH", help="Blender to start in place of the module bpy")
+    add("--out", type=Path, metavar="DIR", help="folder of the results (default: output, in the bundle)")
+    for parameter in PARAMETERS:
+        add(f"--{parameter}", help="reference, render: as the job's template has it")
+    add("--keeper", type=int, help="serve: process that the session ends with")
     options = parser.parse_args(arguments)
     if options.command in ("begin", "end", "serve") and options.session is None:
         parser.error(f"{options.command} needs --session")
@@ -93,16 +72,10 @@ def parse(arguments: list[str]) -> Namespace:
 
 
 def begin(options: Namespace) -> None:
-    """Start the Blender of a session."""
+    """Start the Blender of a session: a worker that ends with the process that runs the session."""
     print("openjd_status: Starting Blender", flush=True)
     read_job(options)
-    start(options)
-    print("openjd_progress: 100", flush=True)
-
-
-def start(options: Namespace) -> None:
-    """Start a worker that ends with the process that runs the session."""
-    here = Path(__file__).resolve()
+    here = str(Path(__file__).resolve())
     command = [options.blender, "--background", "--python", here, "--"] if options.blender else [sys.executable, here]
     mapping = ["--path-mapping", options.path_mapping] if options.path_mapping else []
     serving = ["serve", options.job, "--session", options.session, "--keeper", str(KEEPER), *mapping]
@@ -112,43 +85,32 @@ def start(options: Namespace) -> None:
 def do(options: Namespace) -> None:
     """Do a task in the session's Blender or, without a session, in this process; print its progress."""
     out = (options.out or options.job / "output").absolute()
-    given = {name: getattr(options, name) for name in PARAMETERS if getattr(options, name, None) is not None}
+    given = {name: getattr(options, name) for name in PARAMETERS if getattr(options, name) is not None}
     request = {"step": options.command, "out": str(out), "parameters": given}
-    last = ""
-
-    def show(percent: float, text: str) -> None:
-        nonlocal last
-        if text != last:
-            print(f"openjd_status: {text}")
-            last = text
-        print(f"openjd_progress: {percent:.1f}", flush=True)
-
-    for line in by_hand(options, request, show) if options.session is None else in_session(options, request, show):
-        print(line)
-    print("openjd_progress: 100.0", flush=True)
-
-
-def by_hand(options: Namespace, request: "Request", show: "Show") -> list[str]:
-    """Do a request in this process, without Blender's own output; returns lines to print. Raises WorkError, BadInput."""
     with Terminal() as terminal:
-        sys.stdout = terminal.out
-        try:
-            return request_handler(options, terminal)(request, show)
-        except WorkError as error:
-            failed = error
-        finally:
-            sys.stdout = sys.__stdout__
-    raise failed
+        last = ""
+
+        def show(percent: float, text: str) -> None:
+            nonlocal last
+            if text != last:
+                terminal.say(f"openjd_status: {text}")
+                last = text
+            terminal.say(f"openjd_progress: {percent:.1f}")
+
+        said = in_session(options, request, show) if options.session else request_handler(options, terminal)(request, show)
+        for line in said:
+            terminal.say(line)
+        terminal.say("openjd_progress: 100.0")
 
 
-def in_session(options: Namespace, request: "Request", show: "Show") -> list[str]:
+def in_session(options: Namespace, request: "Request", show: Show) -> list[str]:
     """Have the session's Blender do a request; returns lines to print. Raises WorkError."""
     try:
         return worker.ask(options.session, request, show)
     except ConnectionResetError as error:
         raise WorkError(str(error)) from error
     except ConnectionError:  # it has died before
-        start(options)
+        begin(options)
         return worker.ask(options.session, request, show)
 
 
@@ -178,9 +140,12 @@ def request_handler(options: Namespace, terminal: Terminal) -> "Callable[[Reques
     if document["study"] == "report":
         os.environ.update(NO_SHADER_CACHE)
     usable = start_blender(document["spec"]["engines"], terminal)
-    study = load_study(document, usable)
+    from true_diffuse.scripts.farm.comparison import CompareJob
+    from true_diffuse.scripts.farm.report import ReportJob
 
-    def answer(request: "Request", show: "Show") -> list[str]:
+    study: CompareJob | ReportJob = (ReportJob if document["study"] == "report" else CompareJob)(document, usable)
+
+    def answer(request: "Request", show: Show) -> list[str]:
         out = Path(request["out"])
         results = Results(out / ITEMS, job)
         if request["step"] != "collect":
@@ -220,14 +185,6 @@ def mapped(path: str, rules: list[dict[str, str]]) -> str:
             rest = path[len(source) :].replace("\\", "/").lstrip("/")
             return str(Path(rule["destination_path"], rest))
     return path
-
-
-def load_study(document: dict[str, Any], usable: "list[Engine]") -> "CompareJob | ReportJob":
-    """Return the object that does the tasks of a job."""
-    from true_diffuse.scripts.farm.comparison import CompareJob
-    from true_diffuse.scripts.farm.report import ReportJob
-
-    return (ReportJob if document["study"] == "report" else CompareJob)(document, usable)
 
 
 COMMANDS: dict[str, Callable[[Namespace], None]] = {

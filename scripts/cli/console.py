@@ -14,7 +14,7 @@ from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NoReturn, Self
+from typing import NoReturn, Self
 
 try:
     from rich import progress as bars
@@ -22,8 +22,12 @@ try:
 except ImportError:
     bars = None
 
+from true_diffuse.scripts.studies.comparison.outcomes import WorkError
+
 BAD_INPUT = 2  # exit status for anything the user can fix
 LOG_LINES = 40  # of Blender's output that are shown after a crash of the script
+
+type Show = Callable[[float, str], None]  # is told how far long work is [%], and with what
 
 
 class BadInput(Exception):
@@ -87,7 +91,7 @@ class Terminal:
             os.dup2(saved, descriptor)
             os.close(saved)
         self.out.close()
-        if isinstance(error, Exception) and not isinstance(error, BadInput):
+        if isinstance(error, Exception) and not isinstance(error, (BadInput, WorkError)):
             self._log.seek(0)
             print("Blender's last words:", *self._log.read().decode(errors="replace").splitlines()[-LOG_LINES:], sep="\n")
         self._log.close()
@@ -106,40 +110,44 @@ class Terminal:
 
     @contextmanager
     def progress(self, total: float) -> Generator["Progress"]:
-        """Yield a `Progress` that counts up to `total` units of work."""
+        """Yield a `Progress` that counts up to `total` units of work: a bar of rich's, or without one a line for each step."""
         if bars is None or not self.out.isatty():
-            yield Progress(self, total)
+            said = ""
+
+            def say(percent: float, text: str) -> None:
+                nonlocal said
+                if text != said:
+                    self.say(f"{percent:3.0f} %  {text}")
+                said = text
+
+            yield Progress(total, say)
             self.say("100 %")
             return
         times = bars.TimeElapsedColumn(), bars.TextColumn("left"), bars.TimeRemainingColumn()
         columns = bars.TextColumn("{task.description}"), bars.BarColumn(), bars.TaskProgressColumn(), *times
         with bars.Progress(*columns, console=Console(file=self.out)) as bar:
-            yield Progress(self, total, bar)
+            task = bar.add_task("", total=100.0)
+            yield Progress(total, lambda percent, text: bar.update(task, description=text, completed=percent, refresh=True))
 
 
 class Progress:
-    """Work done so far, in units of the caller's choice; shown by rich's `bar`, or without one by a line for each step."""
+    """Work done so far of a `total`, in units of the caller's choice; `show` is told how far it is [%], and with what."""
 
-    def __init__(self, terminal: Terminal, total: float, bar: Any = None) -> None:  # noqa: ANN401 - rich may not be there
-        self.terminal = terminal
+    def __init__(self, total: float, show: Show) -> None:
         self.total = total
+        self.show = show
         self.done = 0.0
-        self.bar = bar
-        self.task = bar.add_task("", total=total) if bar else None
+        self.text = ""
 
     @contextmanager
     def step(self, text: str, work: float) -> Generator[None]:
         """Show `text` while the body runs; count `work` units as done after it."""
-        if self.bar:
-            self.bar.update(self.task, description=text)
-        else:
-            self.terminal.say(f"{100.0 * self.done / self.total:3.0f} %  {text}")
+        self.text = text
         self.within(0.0)
         yield
         self.done += work
         self.within(0.0)
 
     def within(self, work: float) -> None:
-        """Show `work` units of the step under way as done; lines say nothing between steps."""
-        if self.bar:
-            self.bar.update(self.task, completed=self.done + work, refresh=True)
+        """Show `work` units of the step under way as done."""
+        self.show(min(100.0, 100.0 * (self.done + work) / self.total), self.text)

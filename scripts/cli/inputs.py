@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Characters with patterns of files and frames as ranges, as people write them on a command line. No bpy."""
+"""Types of options: numbers, frames as ranges, and characters with patterns of files. No bpy."""
 
 import glob
 import os
 import re
 from argparse import ArgumentTypeError
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from true_diffuse.scripts.cli.console import BadInput
@@ -14,36 +15,36 @@ MOST_FRAMES = 100_000
 RANGE = re.compile(r"(-?\d+)(?:-(-?\d+)(?::(\d+))?)?")
 
 
+def number[Number: (int, float)](kind: type[Number], low: Number, high: Number) -> Callable[[str], Number]:
+    """Return the type of an option that takes a number from `low` to `high`."""
+
+    def parse(text: str) -> Number:
+        with suppress(ValueError):
+            if low <= (value := kind(text)) <= high:
+                return value
+        raise ArgumentTypeError(f"{text!r} is not a {'whole ' * (kind is int)}number from {low:g} to {high:g}")
+
+    return parse
+
+
+sample_count = number(int, 1, 65536)
+
+
 def frame_numbers(text: str) -> tuple[int, ...]:
-    """Return the frames of "1-24", "1-24:4" (every fourth) or "1,5,9-12", in order, each once; raises ValueError for other text."""
+    """Return the frames of "1-24", "1-24:4" (every fourth) or "1,5,9-12", in order, each once; raises ArgumentTypeError."""
     frames: set[int] = set()
     for part in text.split(","):
         found = RANGE.fullmatch(part.strip())
         if not found:
-            raise ValueError(f"{text!r} is not a list of frames as 1-24, 1-24:4 or 1,5,9-12")
+            raise ArgumentTypeError(f"{text!r} is not a list of frames as 1-24, 1-24:4 or 1,5,9-12")
         first = int(found[1])
         last, step = int(found[2] or first), int(found[3] or 1)
         if last < first or step == 0:
-            raise ValueError(f"{part.strip()!r} holds no frame")
+            raise ArgumentTypeError(f"{part.strip()!r} holds no frame")
         if (last - first) // step + len(frames) >= MOST_FRAMES:
-            raise ValueError(f"at most {MOST_FRAMES} frames")
+            raise ArgumentTypeError(f"at most {MOST_FRAMES} frames")
         frames.update(range(first, last + 1, step))
     return tuple(sorted(frames))
-
-
-def frame_list(text: str) -> tuple[int, ...]:
-    """The type of the option --frames."""
-    try:
-        return frame_numbers(text)
-    except ValueError as error:
-        raise ArgumentTypeError(str(error)) from None
-
-
-def chunk_size(text: str) -> int:
-    """The type of the option --chunk."""
-    if not text.isdecimal() or not 1 <= int(text) <= MOST_FRAMES:
-        raise ArgumentTypeError(f"{text!r} is not a whole number from 1 to {MOST_FRAMES}")
-    return int(text)
 
 
 def frame_range(frames: Sequence[int]) -> str:
@@ -60,7 +61,7 @@ def frame_range(frames: Sequence[int]) -> str:
 def named_characters(given: Sequence[str], included: Collection[str]) -> dict[str, str]:
     """Return the characters `given`, each under a name of its own: one of the `included`, or the full path of a file.
 
-    A pattern (*, ?, [], ** for folders of any depth) stands for all files that match it. Raises ValueError where none does.
+    A pattern (*, ?, [], ** for folders of any depth) stands for all files that match it. Raises BadInput where none does.
     """
     found: list[str] = []
     for each in given:
@@ -73,7 +74,7 @@ def named_characters(given: Sequence[str], included: Collection[str]) -> dict[st
             paths = Path(start or ".").glob(each.removeprefix(start))
             matching = sorted(_full(path) for path in paths if path.is_file())
             if not matching:
-                raise ValueError(f"no file matches {each}")
+                raise BadInput(f"no file matches {each}")
             found += matching
     named: dict[str, str] = {}
     for who in dict.fromkeys(found):
@@ -89,12 +90,12 @@ def checked_characters(given: Sequence[str]) -> dict[str, str]:
     """Return what `named_characters` does, having looked whether every file is there. Raises BadInput."""
     from true_diffuse.scripts.characters import character
 
+    named = named_characters(given, character.INCLUDED)
     try:
-        named = named_characters(given, character.INCLUDED)
         for who in named.values():
             if who not in character.INCLUDED:
                 character.check_file(who)
-    except (ValueError, character.CharacterError) as error:
+    except character.CharacterError as error:
         raise BadInput(str(error)) from error
     return named
 

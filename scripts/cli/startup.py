@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from true_diffuse.scripts.cli.console import BAD_INPUT, BadInput, Terminal, stop_cleanly
 from true_diffuse.scripts.cli.outputs import OutputFolder
+from true_diffuse.scripts.studies.comparison.outcomes import WorkError
 
 if TYPE_CHECKING:
     from bpy.types import Mesh
@@ -31,13 +32,6 @@ def engine_list(text: str, known: Sequence[str] = ENGINE_KEYS) -> tuple[str, ...
     return keys
 
 
-def sample_count(text: str) -> int:
-    """The type of the option --samples."""
-    if not text.isdecimal() or not 1 <= int(text) <= 65536:
-        raise ArgumentTypeError(f"{text!r} is not a whole number from 1 to 65536")
-    return int(text)
-
-
 def run_script(prog: str, folder: Path, work: Callable[[OutputFolder, Terminal], None], left: str = "nothing written") -> int:
     """Do `work` in a terminal, its files staged for `folder`; return the exit status, having said what went wrong if so.
 
@@ -48,7 +42,7 @@ def run_script(prog: str, folder: Path, work: Callable[[OutputFolder, Terminal],
             stop_cleanly(output.discard, left)
             with Terminal() as terminal:
                 work(output, terminal)
-    except BadInput as error:
+    except (BadInput, WorkError) as error:
         print(f"{prog}: error: {error}", file=sys.stderr)
         return BAD_INPUT
     except Exception:

@@ -8,7 +8,8 @@ needs nothing of the checkout and gives the same figures while that goes on. A s
 import hashlib
 import json
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,9 +18,11 @@ ROOT = Path(__file__).resolve().parents[2]
 CODE = ("__init__.py", "blender_manifest.toml", "addon", "scenes", "scripts", "shaders")
 SUFFIXES = (".py", ".toml", ".json", ".glsl", ".osl", ".blend")
 JOB = "job.json"  # the study and its JobSpec
-SESSION = ["--session", "{{Session.WorkingDirectory}}"]
-PATHS = ["--path-mapping", "{{Session.PathMappingRulesFile}}"]
 BEGIN_SECONDS, END_SECONDS = 600, 60
+COLLECT = "Merge the records, build the pictures and the report; name what is missing or damaged"
+
+type Parameter = Mapping[str, Any]
+"""A parameter that a step has a task for each value of, as templates have it."""
 
 
 @dataclass(frozen=True)
@@ -32,35 +35,67 @@ class Step:
     name: str
     command: str
     description: str
-    parameters: Sequence[Mapping[str, Any]] = ()
+    parameters: Sequence[Parameter] = ()
     combination: str = ""
     fixed: Sequence[str] = ()
     after: Sequence[str] = ()
 
 
-@dataclass(frozen=True)
-class Job:
-    """What a bundle is written of. `python` runs the tasks; `blender` is a Blender to render with, "" for Python's module bpy."""
-
-    name: str
-    description: str
-    document: Mapping[str, Any]
-    steps: Sequence[Step]
-    inputs: Sequence[str]
-    python: str
-    blender: str
+def one_of(name: str, values: Iterable[str]) -> Parameter:
+    """Return a task parameter that takes each of `values`."""
+    return {"name": name, "type": "STRING", "range": list(values)}
 
 
-def write(job: Job, folder: Path, output: Path | None) -> None:
-    """Write the bundle into `folder`, which is there. Results go to `output`, or where None is given to the bundle's own folder.
+def character_range(count: int) -> Parameter:
+    """Return a task parameter that takes each of `count` characters by its place."""
+    return {"name": "Character", "type": "INT", "range": f"0-{count - 1}"}
 
-    Raises OSError.
+
+def write(
+    folder: Path, name: str, description: str, document: Mapping[str, Any], steps: Sequence[Step], output: Path | None, blender: str
+) -> None:
+    """Write the bundle of the job `document` into `folder`, which is there, with a step that collects after the others.
+
+    Results go to `output`, or where None is given to the bundle's own folder. `blender` is a Blender to render with, "" for
+    Python's module bpy. Raises OSError.
     """
+    awaited = {name for step in steps for name in step.after}
+    collect = Step("collect", "collect", COLLECT, after=[step.name for step in steps if step.name not in awaited])
+    chunked = any(one["type"] == "CHUNK[INT]" for step in steps for one in step.parameters)
+    template = {
+        "specificationVersion": "jobtemplate-2023-09",
+        **({"extensions": ["TASK_CHUNKING"]} if chunked else {}),
+        "name": name,
+        "description": description,
+        "parameterDefinitions": [
+            _path("JobDir", "IN", ".", "This bundle"),
+            _path("OutputDir", "OUT", "output", "Where results go"),
+            _text("Python", sys.executable, "Python 3.13 that runs the tasks"),
+            _text("Blender", blender, "Blender to render with; nothing for the module bpy of Python"),
+        ],
+        "jobEnvironments": [
+            {
+                "name": "Blender",
+                "description": "One Blender for all tasks of a session: started once, a scene built once for all its tasks",
+                "script": {
+                    "actions": {
+                        "onEnter": {**_action("begin"), "timeout": BEGIN_SECONDS},
+                        "onExit": {**_action("end"), "timeout": END_SECONDS},
+                    }
+                },
+            }
+        ],
+        "steps": [_step(step) for step in (*steps, collect)],
+    }
     values = [{"name": "OutputDir", "value": str(output)}] if output else []
-    inputs, outputs = {"filenames": list(job.inputs), "directories": []}, {"directories": [str(output)] if output else []}
-    _write(folder / "template.json", template(job))
+    files = [who for who in document["spec"]["characters"].values() if Path(who).is_absolute()]
+    assets = {
+        "inputs": {"filenames": files, "directories": []},
+        "outputs": {"directories": [str(output)] if output else []},
+        "referencedPaths": [],
+    }
+    _write(folder / "template.json", template)
     _write(folder / "parameter_values.json", {"parameterValues": values})
-    assets = {"inputs": inputs, "outputs": outputs, "referencedPaths": []}
     _write(folder / "asset_references.json", {"assetReferences": assets})
     code = hashlib.sha256()
     for path in _code():
@@ -70,7 +105,7 @@ def write(job: Job, folder: Path, output: Path | None) -> None:
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(path, target)
     # results of another version of the code are those of another job
-    _write(folder / JOB, {**job.document, "code": code.hexdigest()})
+    _write(folder / JOB, {**document, "code": code.hexdigest()})
 
 
 def _write(path: Path, document: Mapping[str, Any]) -> None:
@@ -86,42 +121,8 @@ def _code() -> Iterator[Path]:
                 yield path
 
 
-def template(job: Job) -> dict[str, Any]:
-    """Return the job's template."""
-    chunked = any(one["type"] == "CHUNK[INT]" for step in job.steps for one in step.parameters)
-    keep = {
-        "name": "Blender",
-        "description": "One Blender for all tasks of a session: started once, a scene built once for all its tasks",
-        "script": {
-            "actions": {
-                "onEnter": _action("begin", [*SESSION, *PATHS, *BLENDER], BEGIN_SECONDS),
-                "onExit": _action("end", SESSION, END_SECONDS),
-            }
-        },
-    }
-    return {
-        "specificationVersion": "jobtemplate-2023-09",
-        **({"extensions": ["TASK_CHUNKING"]} if chunked else {}),
-        "name": job.name,
-        "description": job.description,
-        "parameterDefinitions": [
-            _path("JobDir", "IN", ".", "This bundle"),
-            _path("OutputDir", "OUT", "output", "Where results go"),
-            {"name": "Python", "type": "STRING", "default": job.python, "description": "Python 3.13 that runs the tasks"},
-            {
-                "name": "Blender",
-                "type": "STRING",
-                "default": job.blender,
-                "description": "Blender to render with; nothing for the module bpy of Python",
-            },
-        ],
-        "jobEnvironments": [keep],
-        "steps": [_step(step) for step in job.steps],
-    }
-
-
 def _step(step: Step) -> dict[str, Any]:
-    space: dict[str, Any] = {"taskParameterDefinitions": list(step.parameters)}
+    space: dict[str, Any] = {"taskParameterDefinitions": step.parameters}
     if step.combination:
         space["combination"] = step.combination
     given = [word for one in step.parameters for word in (f"--{one['name'].lower()}", f"{{{{Task.Param.{one['name']}}}}}")]
@@ -130,26 +131,23 @@ def _step(step: Step) -> dict[str, Any]:
         "description": step.description,
         **({"dependencies": [{"dependsOn": name} for name in step.after]} if step.after else {}),
         **({"parameterSpace": space} if step.parameters else {}),
-        "script": {"actions": {"onRun": _action(step.command, [*OUTPUT, *SESSION, *PATHS, *BLENDER, *step.fixed, *given])}},
+        "script": {"actions": {"onRun": _action(step.command, "--out", "{{Param.OutputDir}}", *step.fixed, *given)}},
     }
 
 
-OUTPUT = ["--out", "{{Param.OutputDir}}"]
-BLENDER = ["--blender", "{{Param.Blender}}"]
+def _path(name: str, flow: str, default: str, description: str) -> Parameter:
+    kind = {"type": "PATH", "objectType": "DIRECTORY", "dataFlow": flow}
+    return {"name": name, **kind, "default": default, "description": description}
 
 
-def _path(name: str, flow: str, default: str, description: str) -> dict[str, str]:
+def _text(name: str, default: str, description: str) -> Parameter:
+    return {"name": name, "type": "STRING", "default": default, "description": description}
+
+
+def _action(command: str, *arguments: str) -> dict[str, Any]:
+    script, job = "{{Param.JobDir}}/true_diffuse/scripts/task.py", "{{Param.JobDir}}"
+    session = ["--session", "{{Session.WorkingDirectory}}", "--path-mapping", "{{Session.PathMappingRulesFile}}"]
     return {
-        "name": name,
-        "type": "PATH",
-        "objectType": "DIRECTORY",
-        "dataFlow": flow,
-        "default": default,
-        "description": description,
+        "command": "{{Param.Python}}",
+        "args": [script, command, job, *session, "--blender", "{{Param.Blender}}", *arguments],
     }
-
-
-def _action(command: str, arguments: Sequence[str], timeout: int | None = None) -> dict[str, Any]:
-    script = "{{Param.JobDir}}/true_diffuse/scripts/task.py"
-    action = {"command": "{{Param.Python}}", "args": [script, command, "{{Param.JobDir}}", *arguments]}
-    return action if timeout is None else {**action, "timeout": timeout}

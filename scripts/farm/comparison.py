@@ -6,16 +6,16 @@ from typing import Any
 
 from true_diffuse.addon.blender.engines import Engine
 from true_diffuse.scripts.cli import inputs
+from true_diffuse.scripts.cli.console import Progress, Show
 from true_diffuse.scripts.cli.outputs import OutputFolder
-from true_diffuse.scripts.farm import bundle
-from true_diffuse.scripts.farm.jobs import character_range, check_any, chosen, one_of
+from true_diffuse.scripts.farm.bundle import Step, character_range, one_of
+from true_diffuse.scripts.farm.jobs import chosen
 from true_diffuse.scripts.farm.results import Results
-from true_diffuse.scripts.farm.worker import Show, Shown
 from true_diffuse.scripts.studies.comparison import face, five
 from true_diffuse.scripts.studies.comparison.base import Collected, JobSpec, Renderer
 
 
-def steps(spec: JobSpec) -> list[bundle.Step]:
+def steps(spec: JobSpec) -> list[Step]:
     """Return the steps before collect of a comparison.
 
     The error maps are a step of their own: drawn by collect, one after the other, they would take longer than a farm's renders.
@@ -27,11 +27,8 @@ def steps(spec: JobSpec) -> list[bundle.Step]:
         parameters.append({"name": "Frame", "type": "CHUNK[INT]", "range": inputs.frame_range(frames), "chunks": chunks})
     parameters.append(one_of("Engine", spec.engines))
     text, drawn = "Render the picture of a character's looks, or measure one of them", "Draw the error of the looks"
-    render = bundle.Step("render", "render", text, [*parameters, one_of("Look", spec.rendered)])
-    return [
-        render,
-        *(bundle.Step("map", "render", drawn, parameters, fixed=("--look", name), after=["render"]) for name in spec.maps),
-    ]
+    maps = [Step("map", "render", drawn, parameters, fixed=("--look", name), after=["render"]) for name in spec.maps]
+    return [Step("render", "render", text, [*parameters, one_of("Look", spec.rendered)]), *maps]
 
 
 class CompareJob:
@@ -45,12 +42,11 @@ class CompareJob:
 
     def do(self, step: str, given: Mapping[str, str], results: Results, show: Show) -> None:
         """Render the items that `given` chooses; raises WorkError."""
-        chunks = [chosen(chunk, self.spec.characters, given) for chunk in self.spec.chunks()]
-        items = [item for chunk in chunks for item in chunk]
-        check_any(items, given)
-        progress = Shown(sum(map(self.spec.work, items)), show)
-        for chunk in filter(None, chunks):
-            self.renderer.do(chunk, results, progress)
+        chunks = list(self.spec.chunks())
+        items = set(chosen((item for chunk in chunks for item in chunk), self.spec.characters, given))
+        progress = Progress(sum(map(self.spec.work, items)), show)
+        for chunk in chunks:
+            self.renderer.do([item for item in chunk if item in items], results, progress)
 
     def collect(self, results: Results, output: OutputFolder) -> list[str]:
         """Write the merged results into `output`; returns lines to print. Raises Incomplete, BadInput."""

@@ -10,21 +10,20 @@ import re
 import time
 from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import bpy
 
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, ENGINES, Engine
-from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.probe.environment import environment, merged
+from true_diffuse.scripts.cli.console import Progress, Show
 from true_diffuse.scripts.cli.outputs import OutputFolder
-from true_diffuse.scripts.farm import bundle
-from true_diffuse.scripts.farm.jobs import character_range, check_any, chosen, one_of
+from true_diffuse.scripts.farm.bundle import Step, character_range, one_of
+from true_diffuse.scripts.farm.jobs import chosen
 from true_diffuse.scripts.farm.results import Results
-from true_diffuse.scripts.farm.worker import Show, Shown
 from true_diffuse.scripts.studies.comparison.base import one_line
-from true_diffuse.scripts.studies.comparison.outcomes import Rendered
+from true_diffuse.scripts.studies.comparison.outcomes import Rendered, Spec
 from true_diffuse.scripts.studies.work_precision import document, run
 from true_diffuse.scripts.studies.work_precision.journal import Notes
 from true_diffuse.scripts.studies.work_precision.run import HARD_INPUTS, TARGETS
@@ -52,7 +51,7 @@ class WorkItem:
 
 
 @dataclass(frozen=True)
-class JobSpec:
+class JobSpec(Spec):
     """What is asked for. `characters` are by name what `character.load` takes; `hard_inputs`: GLSL and OSL as well."""
 
     characters: Mapping[str, str]
@@ -60,16 +59,6 @@ class JobSpec:
     scenes: tuple[str, ...]
     quick: bool
     hard_inputs: bool
-
-    def to_json(self) -> Record:
-        """Return it as JSON holds it."""
-        return asdict(self)
-
-    @classmethod
-    def from_json(cls, record: Record) -> "JobSpec":
-        """Return the spec of which `to_json` made a record."""
-        values: Record = {**record, "engines": tuple(record["engines"]), "scenes": tuple(record["scenes"])}
-        return cls(**values)
 
     def variants(self, scene: str) -> list[tuple[str, str]]:
         """Return engine and label of all that is rendered in a test scene, and what is measured beside it."""
@@ -92,9 +81,8 @@ class JobSpec:
             yield from (WorkItem(HARD_INPUTS, "", engine, name) for engine, name in TARGETS.items() if engine in self.engines)
 
 
-def steps(spec: JobSpec) -> list[bundle.Step]:
+def steps(spec: JobSpec) -> list[Step]:
     """Return the steps before collect of the study of error against run time: a task for all sample counts of a variant."""
-
     found = []
     for scene in spec.scenes:
         characters = [character_range(len(spec.characters))] if len(spec.of_scene(scene)) > 1 else []
@@ -102,17 +90,17 @@ def steps(spec: JobSpec) -> list[bundle.Step]:
         if scene in REFERENCED:
             seeds = [*characters, {"name": "Seed", "type": "INT", "range": list(REFERENCE_SEEDS)}]
             text = "Render what the others are held against, with random numbers of its own each"
-            found.append(bundle.Step(f"reference {scene}", "reference", text, seeds, fixed=fixed))
+            found.append(Step(f"reference {scene}", "reference", text, seeds, fixed=fixed))
             first = [found[-1].name]
         engines, variants = zip(*spec.variants(scene), strict=True)
         combination = " * ".join([*(one["name"] for one in characters), "(Engine, Variant)"])
         parameters = [*characters, one_of("Engine", engines), one_of("Variant", variants)]
         text = "Render a variant with all of its sample counts"
-        found.append(bundle.Step(f"render {scene}", "render", text, parameters, combination, fixed, first))
+        found.append(Step(f"render {scene}", "render", text, parameters, combination, fixed, first))
     if spec.hard_inputs:
         parameters = [one_of("Engine", (key for key in TARGETS if key in spec.engines))]
         text = "Hold GLSL and OSL against the formulas in all digits"
-        found.append(bundle.Step(f"render {HARD_INPUTS}", "render", text, parameters, fixed=("--scene", HARD_INPUTS)))
+        found.append(Step(f"render {HARD_INPUTS}", "render", text, parameters, fixed=("--scene", HARD_INPUTS)))
     return found
 
 
@@ -129,12 +117,12 @@ class ReportJob:
 
     def do(self, step: str, given: Mapping[str, str], results: Results, show: Show) -> None:
         """Render the items that `given` chooses; raises WorkError."""
-        items = [item for item in chosen(self.spec.items(), self.spec.characters, given) if step == "render" or item.seed]
-        check_any(items, given)
+        of_step = (item for item in self.spec.items() if step == "render" or item.seed)
+        items = chosen(of_step, self.spec.characters, given)
         for done, item in enumerate(items):
 
             def progress(work: float, done: int = done) -> Progress:
-                return Shown(work, lambda percent, text: show((100.0 * done + percent) / len(items), text))
+                return Progress(work, lambda percent, text: show((100.0 * done + percent) / len(items), text))
 
             if not results.has(item.name):
                 with one_line(item.name):

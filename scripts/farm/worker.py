@@ -13,12 +13,13 @@ import signal
 import socket
 import subprocess
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
 
-from true_diffuse.scripts.farm.results import Incomplete, write_whole
+from true_diffuse.scripts.cli.console import Show
+from true_diffuse.scripts.farm.results import write_whole
 from true_diffuse.scripts.studies.comparison.outcomes import WorkError
 
 ADDRESS, LOG = "worker.json", "worker.log"
@@ -28,28 +29,6 @@ LOOK_SECONDS = 2.0  # between looks whether the session still lives
 LAST_WORDS = 300  # characters of the log that an error shows
 
 type Request = dict[str, Any]
-type Show = Callable[[float, str], None]  # how far a task is [%], and with what
-
-
-class Shown:
-    """A `Progress` that shows how far a task of so much `work` is."""
-
-    def __init__(self, work: float, show: Show) -> None:
-        self.work = work
-        self.done = 0.0
-        self.text = ""
-        self.show = show
-
-    @contextmanager
-    def step(self, text: str, work: float):  # noqa: ANN201 - as the protocol has it
-        self.text = text
-        self.within(0.0)
-        yield
-        self.done += work
-        self.within(0.0)
-
-    def within(self, work: float) -> None:
-        self.show(min(100.0, 100.0 * (self.done + work) / self.work), self.text)
 
 
 def serve(session: Path, keeper: int, do: Callable[[Request, Show], list[str]]) -> None:
@@ -71,7 +50,9 @@ def serve(session: Path, keeper: int, do: Callable[[Request, Show], list[str]]) 
                 continue
             client.settimeout(None)
             with suppress(OSError, ValueError), client, client.makefile("rw", encoding="utf-8") as stream:
-                _answer(stream, word, do)
+                request = json.loads(stream.readline())
+                if secrets.compare_digest(str(request.pop("word", "")), word):
+                    _answer(request, stream, do)
             last = time.monotonic()
 
 
@@ -87,25 +68,16 @@ def _lives(process: int) -> bool:
     return True
 
 
-def _answer(stream: IO[str], word: str, do: Callable[[Request, Show], list[str]]) -> None:
-    request = json.loads(stream.readline())
-    if not secrets.compare_digest(str(request.pop("word", "")), word):
-        return
-    lost = False
-
-    def say(line: Request) -> None:
-        nonlocal lost
-        if not lost:
-            try:
-                stream.write(json.dumps(line) + "\n")
-                stream.flush()
-            except OSError:
-                lost = True
+def _answer(request: Request, stream: IO[str], do: Callable[[Request, Show], list[str]]) -> None:
+    def say(line: dict[str, Any]) -> None:
+        with suppress(OSError):  # the task is gone
+            stream.write(json.dumps(line) + "\n")
+            stream.flush()
 
     try:
         said = do(request, lambda percent, text: say({"percent": percent, "text": text}))
     except WorkError as error:
-        say({"fail": str(error), "said": error.problems if isinstance(error, Incomplete) else []})
+        say({"fail": str(error), "details": error.details})
     else:
         say({"done": said})
 
@@ -115,7 +87,7 @@ def begin(session: Path, command: Sequence[str | Path]) -> None:
     (session / ADDRESS).unlink(missing_ok=True)
     with (session / LOG).open("ab") as log:
         process = subprocess.Popen(
-            [str(part) for part in command],
+            command,
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=log,
@@ -138,36 +110,26 @@ def ask(session: Path, request: Request, show: Show) -> list[str]:
     Raises WorkError where it fails, ConnectionError where it is not there or dies.
     """
     address = _address(session)
-    if address is None:
-        raise ConnectionError("there is no worker")
     with (
         socket.create_connection(("127.0.0.1", address["port"])) as connection,
         connection.makefile("rw", encoding="utf-8") as stream,
     ):
         stream.write(json.dumps({**request, "word": address["word"]}) + "\n")
         stream.flush()
-        for line in _lines(stream):
-            answer = json.loads(line)
-            if "fail" in answer:
-                raise Incomplete(answer["said"]) if answer["said"] else WorkError(answer["fail"])
-            if "done" in answer:
-                return answer["done"]
-            show(answer["percent"], answer["text"])
+        with suppress(ConnectionError):
+            for answer in map(json.loads, stream):
+                if "fail" in answer:
+                    raise WorkError(answer["fail"], answer["details"])
+                if "done" in answer:
+                    return answer["done"]
+                show(answer["percent"], answer["text"])
     raise ConnectionResetError(f"Blender ended in the middle of it: {last_words(session)}")
-
-
-def _lines(stream: IO[str]) -> Iterator[str]:
-    """Yield what comes until the other side closes it, or dies."""
-    with suppress(ConnectionError):
-        yield from stream
 
 
 def end(session: Path) -> None:
     """End the worker of a session, if there is one."""
-    address = _address(session)
-    if address is not None:
-        with suppress(ProcessLookupError):
-            os.kill(address["process"], signal.SIGTERM)
+    with suppress(ConnectionError, ProcessLookupError):
+        os.kill(_address(session)["process"], signal.SIGTERM)
     (session / ADDRESS).unlink(missing_ok=True)
 
 
@@ -178,7 +140,9 @@ def last_words(session: Path) -> str:
     return "it said nothing"
 
 
-def _address(session: Path) -> dict[str, Any] | None:
-    with suppress(OSError, ValueError):
+def _address(session: Path) -> dict[str, Any]:
+    """Return where the worker of a session listens. Raises ConnectionError where there is none."""
+    try:
         return json.loads((session / ADDRESS).read_bytes())
-    return None
+    except (OSError, ValueError):
+        raise ConnectionError("there is no worker") from None

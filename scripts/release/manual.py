@@ -15,8 +15,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import Parser, Terminal, script_arguments
+from true_diffuse.scripts.cli.inputs import sample_count
 from true_diffuse.scripts.cli.outputs import OutputFolder
-from true_diffuse.scripts.cli.startup import run_script, sample_count, start_blender
+from true_diffuse.scripts.cli.startup import run_script, start_blender
 from true_diffuse.scripts.release.previews import build
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ import tempfile
 from abc import ABC, abstractmethod
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import ClassVar
 
 import bpy
 
@@ -21,7 +21,7 @@ from true_diffuse.addon.optimize.materials import OptimizedNode, optimize_materi
 from true_diffuse.addon.probe.environment import environment, merged
 from true_diffuse.scripts.characters.character import CharacterError
 from true_diffuse.scripts.studies import pictures
-from true_diffuse.scripts.studies.comparison.outcomes import Outcomes, Rendered, WorkError
+from true_diffuse.scripts.studies.comparison.outcomes import Outcomes, Rendered, Spec, WorkError
 
 PICTURE, ERROR_MAP = "picture", "error_map"  # beside the looks' names
 PICTURE_SUFFIXES = ("png", "exr")
@@ -47,7 +47,7 @@ class WorkItem:
 
 
 @dataclass(frozen=True, kw_only=True)
-class JobSpec(ABC):
+class JobSpec(Spec, ABC):
     """What is asked for. `characters` are by name what `character.load` takes; `samples` by an engine's key."""
 
     characters: Mapping[str, str]
@@ -61,16 +61,6 @@ class JobSpec(ABC):
 
     maps: ClassVar[tuple[str, ...]] = ()
     """Pictures that are drawn of the looks' measurements, by name."""
-
-    def to_json(self) -> Record:
-        """Return it as JSON holds it."""
-        return asdict(self)
-
-    @classmethod
-    def from_json(cls, record: Record) -> Self:
-        """Return the spec of which `to_json` made a record."""
-        values: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in record.items()}
-        return cls(**values)
 
     @property
     @abstractmethod

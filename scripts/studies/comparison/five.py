@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import median
-from typing import Self
 
 import bpy
 
@@ -37,7 +36,7 @@ class Configuration:
 
 @dataclass(frozen=True, kw_only=True)
 class JobSpec(base.JobSpec):
-    """As the base has it; `configurations` by an engine's key."""
+    """As the base has it; `configurations` by an engine's key, of which a job has none."""
 
     sigmas: tuple[float, ...]
     albedo: float
@@ -45,11 +44,6 @@ class JobSpec(base.JobSpec):
     configurations: Mapping[str, Configuration]
 
     maps = (ERROR_MAP,)
-
-    @classmethod
-    def from_json(cls, record: Record) -> Self:
-        configurations = {key: Configuration(**one) for key, one in record["configurations"].items()}
-        return super().from_json({**record, "configurations": configurations})
 
     @property
     def measured(self) -> tuple[str, ...]:

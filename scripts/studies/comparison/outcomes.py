@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What work items came to, kept in memory; `farm.results` keeps them on disk. No bpy."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Self
 
 from true_diffuse.addon.measure.record import Record
 
@@ -10,8 +11,21 @@ type Rendered = tuple[Record, Mapping[str, bytes]]
 """What a work item comes to: its record, and its files by their suffixes."""
 
 
+class Spec:
+    """What is asked for, a frozen dataclass whose sequences are tuples."""
+
+    @classmethod
+    def from_json(cls, record: Record) -> Self:
+        """Return the spec of which dataclasses.asdict and JSON made `record`."""
+        return cls(**{name: tuple(value) if isinstance(value, list) else value for name, value in record.items()})
+
+
 class WorkError(Exception):
-    """A work item cannot be rendered or used; the message is one line for the user."""
+    """A work item cannot be rendered or used; the message is one line for the user, `details` are further lines."""
+
+    def __init__(self, message: str, details: Sequence[str] = ()) -> None:
+        super().__init__(message)
+        self.details = details
 
 
 class Outcomes:
