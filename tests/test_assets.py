@@ -11,7 +11,7 @@ import bpy
 import pytest
 
 from true_diffuse.addon.blender.extension import ASSET_FILE
-from true_diffuse.addon.blender.id_properties import STAMP
+from true_diffuse.addon.blender.id_properties import GROUP_ID
 from true_diffuse.addon.material import assets
 from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE
@@ -92,8 +92,8 @@ def test_appended_materials_are_local_and_share_the_file_s_group(library: Path, 
     assert bpy.data.materials["Clay"].node_tree.nodes[ROUGH_DIFFUSE.name].inputs["Roughness"].default_value == pytest.approx(sigma)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
-    stamps = [tree[STAMP] for tree in bpy.data.node_groups if STAMP in tree]
-    assert len(stamps) == len(set(stamps)) > 5  # one tree for each group, no copies
+    keys = [tree[GROUP_ID] for tree in bpy.data.node_groups if GROUP_ID in tree]
+    assert len(keys) == len(set(keys)) > 5  # one tree for each group, no copies
 
 
 @pytest.mark.usefixtures("registered")
@@ -108,4 +108,4 @@ def test_a_group_that_the_user_changed_stays_its_own(library: Path) -> None:
 def test_group_asset_can_be_appended_beside_one_of_the_user_s_with_its_name(library: Path) -> None:
     theirs = bpy.data.node_groups.new("Subsurface", "ShaderNodeTree")
     append(library, "NodeTree", "Subsurface")
-    assert not theirs.nodes and [tree for tree in bpy.data.node_groups if tree.get(STAMP, "").startswith("subsurface/")]
+    assert not theirs.nodes and [tree for tree in bpy.data.node_groups if tree.get(GROUP_ID, "").startswith("subsurface/")]

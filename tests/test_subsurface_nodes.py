@@ -9,7 +9,7 @@ from true_diffuse.addon.blender.engines import Engine
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import error
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE, Group
-from true_diffuse.addon.nodes.graph import STAMP
+from true_diffuse.addon.nodes.graph import GROUP_ID
 from true_diffuse.addon.nodes.subsurface import METHOD
 from true_diffuse.scenes.sphere import COLOR, SphereUnderSun, sphere_under_sun
 
@@ -71,7 +71,7 @@ def test_thickness_does_not_depend_on_the_order_of_adding(first: Group, second: 
 
 def test_older_version_of_the_group_is_still_translucent() -> None:
     tree = SUBSURFACE.ensure()
-    tree[STAMP] = f"{SUBSURFACE.key}/0"
+    tree[GROUP_ID] = f"{SUBSURFACE.key}/0"
     material = materials.create("Old", ROUGH_DIFFUSE)
     material.node_tree.nodes.new("ShaderNodeGroup").node_tree = tree
     materials.set_thickness(material)

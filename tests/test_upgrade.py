@@ -8,7 +8,7 @@ import bpy
 
 import pytest
 
-from true_diffuse.addon.blender.id_properties import STAMP
+from true_diffuse.addon.blender.id_properties import GROUP_ID
 from true_diffuse.addon.blender.osl import compiles_osl
 from true_diffuse.addon.material import materials, upgrade
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group, chosen_lights
@@ -130,8 +130,8 @@ def test_group_of_the_user_with_our_name_stays_and_ours_comes_beside() -> None:
     theirs = bpy.data.node_groups.new("Rough Diffuse", "ShaderNodeTree")
     _, node = old_material()
     upgrade.upgrade()
-    assert node.node_tree[STAMP] == ROUGH_DIFFUSE.stamp and node.node_tree != theirs
-    assert theirs.name == "Rough Diffuse" and not theirs.nodes and STAMP not in theirs
+    assert node.node_tree[GROUP_ID] == ROUGH_DIFFUSE.identifier and node.node_tree != theirs
+    assert theirs.name == "Rough Diffuse" and not theirs.nodes and GROUP_ID not in theirs
 
 
 def test_standard_specular_without_modes_keeps_its_lobe() -> None:
@@ -159,7 +159,7 @@ def test_edited_and_newer_groups_are_left_alone() -> None:
     report = upgrade.upgrade()
     assert not report.upgraded and len(report.lines) == 2
     assert "edited" in " ".join(report.lines) and "newer" in " ".join(report.lines)
-    assert node.node_tree[STAMP] == OLD.stamp and other.node_tree[STAMP] == newer.stamp
+    assert node.node_tree[GROUP_ID] == OLD.identifier and other.node_tree[GROUP_ID] == newer.identifier
 
 
 def test_linked_material_is_left_alone_and_said(tmp_path: Path) -> None:
@@ -190,4 +190,4 @@ def test_upgrade_is_undone_in_one_step() -> None:
     assert bpy.ops.true_diffuse.upgrade("EXEC_DEFAULT", True) == {"FINISHED"}
     assert bpy.ops.true_diffuse.upgrade() == {"CANCELLED"}
     bpy.ops.ed.undo()
-    assert bpy.data.materials["Old"].node_tree.nodes["Rough Diffuse"].node_tree[STAMP] == OLD.stamp
+    assert bpy.data.materials["Old"].node_tree.nodes["Rough Diffuse"].node_tree[GROUP_ID] == OLD.identifier

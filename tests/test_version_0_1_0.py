@@ -16,7 +16,7 @@ import pytest
 
 from support import Layout
 from true_diffuse.addon.blender import engines
-from true_diffuse.addon.blender.id_properties import SPECIALIZED_FOR, STAMP
+from true_diffuse.addon.blender.id_properties import GROUP_ID, SPECIALIZED_FOR
 from true_diffuse.addon.material import upgrade
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, chosen_lights
@@ -45,7 +45,9 @@ def upgraded(request: pytest.FixtureRequest) -> upgrade.Report:
 
 def node(material: str) -> bpy.types.Node:
     """The node of one of our groups in `material`."""
-    return next(node for node in bpy.data.materials[material].node_tree.nodes if node.type == "GROUP" and STAMP in node.node_tree)
+    return next(
+        node for node in bpy.data.materials[material].node_tree.nodes if node.type == "GROUP" and GROUP_ID in node.node_tree
+    )
 
 
 def value(material: str, socket: str) -> object:
@@ -79,7 +81,11 @@ def different() -> dict[str, list[float]]:
 @pytest.mark.usefixtures("old_file")
 def test_old_file_renders_as_it_did_before_it_is_upgraded() -> None:
     assert different() == {}
-    assert {tree[STAMP] for tree in bpy.data.node_groups if STAMP in tree} >= {"rough_diffuse/1", "subsurface/1", "specular/2"}
+    assert {tree[GROUP_ID] for tree in bpy.data.node_groups if GROUP_ID in tree} >= {
+        "rough_diffuse/1",
+        "subsurface/1",
+        "specular/2",
+    }
 
 
 @pytest.mark.render

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Names of the custom properties that mark our node trees in files; nothing is imported here, so that handlers are fast."""
 
-STAMP = "true_diffuse"  # which group: "key/version"
-AS_BUILT = "true_diffuse_as_built"  # `graph.fingerprint` of the tree when it was built
+GROUP_ID = "true_diffuse"  # of a tree of a group: "key/version"
+BUILT_FINGERPRINT = "true_diffuse_as_built"  # `graph.fingerprint` of the tree when it was built
 SPECIALIZED_FOR = "true_diffuse_least_for"  # of a tree optimized for one use of its group: that use, see `optimize.folding.Use`

@@ -10,7 +10,7 @@ from pathlib import Path
 import bpy
 
 from ..blender.extension import ASSET_FILE
-from ..blender.id_properties import AS_BUILT, SPECIALIZED_FOR, STAMP
+from ..blender.id_properties import BUILT_FINGERPRINT, GROUP_ID, SPECIALIZED_FOR
 
 
 @bpy.app.handlers.persistent
@@ -22,12 +22,12 @@ def share(context: bpy.types.BlendImportContext) -> None:
     from ..nodes.graph import fingerprint
 
     def as_built(tree: bpy.types.NodeTree) -> bool:
-        return STAMP in tree and SPECIALIZED_FOR not in tree and tree.get(AS_BUILT) == fingerprint(tree)
+        return GROUP_ID in tree and SPECIALIZED_FOR not in tree and tree.get(BUILT_FINGERPRINT) == fingerprint(tree)
 
     trees = [item for item in came if isinstance(item, bpy.types.ShaderNodeTree) and item.library is None and as_built(item)]
     for tree in trees:
         for own in bpy.data.node_groups:
-            if own not in came and own.library is None and own.get(STAMP) == tree[STAMP] and as_built(own):
+            if own not in came and own.library is None and own.get(GROUP_ID) == tree[GROUP_ID] and as_built(own):
                 tree.user_remap(own)
                 break
 

@@ -24,7 +24,7 @@ from ..closures.quality import BALANCED
 from ..closures.subsurface_fit import Fed
 from ..models import MODELS
 from ..nodes import ROUGH_DIFFUSE, SUBSURFACE, Group
-from ..nodes.graph import STAMP
+from ..nodes.graph import GROUP_ID
 from .materials import Setting, add_group, locked_reason, materials_of, set_inputs, set_thickness
 
 MILLIMETERS = 1000.0  # in a meter
@@ -308,7 +308,7 @@ def _inner(tree: bpy.types.ShaderNodeTree) -> Iterator[str]:
     """Yield a line for each group of the user's whose nodes could be converted."""
     for node in active_nodes(tree):
         inner = node.node_tree if node.type == "GROUP" else None
-        if inner and STAMP not in inner and any(part.type in CONVERTIBLE for part in inner.nodes):
+        if inner and GROUP_ID not in inner and any(part.type in CONVERTIBLE for part in inner.nodes):
             yield f"what is inside the group {inner.name} is left alone"
 
 

@@ -7,7 +7,7 @@ import bpy
 
 from ..blender.osl import compile_osl
 from ..nodes import SUBSURFACE, Group
-from ..nodes.graph import stamp_of
+from ..nodes.graph import key_and_version
 
 type Setting = float | str | tuple[float, ...]
 THICK = 100.0  # m; EEVEE corrects it by what shadows say, but not below a thousandth of it
@@ -72,7 +72,7 @@ def set_thickness(material: bpy.types.Material) -> None:
     if any(map(_transmits, tree.nodes)):
         for node in [node for node in tree.nodes if node.label == THICK_LABEL]:
             tree.nodes.remove(node)
-        if any(stamp_of(node)[0] == SUBSURFACE.key for node in tree.nodes):
+        if any(key_and_version(node)[0] == SUBSURFACE.key for node in tree.nodes):
             material.use_thickness_from_shadow = True
     elif not output.inputs["Thickness"].is_linked:
         thick = tree.nodes.new("ShaderNodeValue")
@@ -88,7 +88,7 @@ def _transmits(node: bpy.types.Node) -> bool:
         weights = (node.inputs["Transmission Weight"], node.inputs["Subsurface Weight"])
         return any(weight.is_linked or weight.default_value > 0.0 for weight in weights)
     if node.type == "GROUP":
-        return stamp_of(node)[0] in ("", SUBSURFACE.key)
+        return key_and_version(node)[0] in ("", SUBSURFACE.key)
     return node.type in TRANSMITTING
 
 

@@ -10,7 +10,7 @@ import bpy
 
 from ..models.color import LUMINANCE
 from ..nodes import GROUPS, Group
-from ..nodes.graph import stamp_of
+from ..nodes.graph import key_and_version
 from .surface import Attribute, Image, Rgb, Setting, Source, Surface, rgb
 from .upgrade import current_name, current_value
 
@@ -40,7 +40,7 @@ def group_node(material: bpy.types.Material) -> tuple[bpy.types.Node, Group, int
         source = source_socket(output.inputs["Surface"]) if output else None
         node = source.node if source else None
         if node and not node.mute:
-            key, version = stamp_of(node)
+            key, version = key_and_version(node)
             group = next((group for group in GROUPS if group.key == key), None)
             if group:
                 return node, group, int(version) if version.isdecimal() else group.version

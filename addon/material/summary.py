@@ -20,7 +20,7 @@ from ..closures.quality import CHOSEN_LIGHTS, EEVEE_LOBES
 from ..models import Model, ReflectanceModel, Specular, by_label
 from ..models.registry import Osl
 from ..nodes import GROUPS, SPECULAR_GROUP, SUBSURFACE
-from ..nodes.graph import stamp_of
+from ..nodes.graph import key_and_version
 from .read import group_node, plain
 from .surface import Setting
 
@@ -114,7 +114,7 @@ def material_summary(material: bpy.types.Material | None) -> MaterialSummary | N
 
 def node_summary(node: bpy.types.Node) -> MaterialSummary | None:
     """Return the summary of `node`; None where it holds no group of this version."""
-    group = next((group for group in GROUPS if group.key == stamp_of(node)[0]), None)
+    group = next((group for group in GROUPS if group.key == key_and_version(node)[0]), None)
     if group is None:
         return None
     sockets = [node.inputs.get(socket.name) for socket in group.inputs]

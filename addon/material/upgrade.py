@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 import bpy
 
 from ..blender import fcurves
-from ..blender.id_properties import AS_BUILT, STAMP
+from ..blender.id_properties import BUILT_FINGERPRINT, GROUP_ID
 from ..closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from ..models import MODELS
 from ..nodes import GROUPS, Group, chosen_lights
-from ..nodes.graph import fingerprint, stamp_of
+from ..nodes.graph import fingerprint, key_and_version
 
 # Names of version 0.1.0, and what replaces them
 SOCKETS = {"Mode": "Quality", "Mean Free Path": "Subsurface Radius"}
@@ -49,9 +49,9 @@ class OldNode:
         tree = self.node.node_tree
         if not self.owner.is_editable or not self.tree.is_editable or self.owner.override_library:
             return "is linked from another file"
-        if int(stamp_of(self.node)[1]) > self.group.version:
+        if int(key_and_version(self.node)[1]) > self.group.version:
             return "was made by a newer True Diffuse"
-        if AS_BUILT in tree and tree[AS_BUILT] != fingerprint(tree):
+        if BUILT_FINGERPRINT in tree and tree[BUILT_FINGERPRINT] != fingerprint(tree):
             return f"holds {tree.name}, which somebody has edited"
         return ""
 
@@ -71,10 +71,10 @@ def outdated() -> Iterator[OldNode]:
     groups = {group.key: group for group in GROUPS}
     owners = [item for kind in (bpy.data.materials, bpy.data.worlds, bpy.data.lights) for item in kind if item.node_tree]
     trees = [(item, item.node_tree) for item in owners]
-    trees += [(tree, tree) for tree in bpy.data.node_groups if tree.bl_idname == "ShaderNodeTree" and STAMP not in tree]
+    trees += [(tree, tree) for tree in bpy.data.node_groups if tree.bl_idname == "ShaderNodeTree" and GROUP_ID not in tree]
     for owner, tree in trees:
         for node in tree.nodes:
-            key, version = stamp_of(node)
+            key, version = key_and_version(node)
             if key in groups and version.isdecimal() and int(version) != groups[key].version:
                 yield OldNode(owner, tree, node, groups[key])
 
@@ -149,7 +149,7 @@ def _keep_chosen_lights() -> None:
     if chosen_lights.chosen():
         return
     for tree in bpy.data.node_groups:
-        if str(tree.get(STAMP, "")).partition("/")[0] in LIGHTS_KEYS and tree.library is None:
+        if str(tree.get(GROUP_ID, "")).partition("/")[0] in LIGHTS_KEYS and tree.library is None:
             lights = [light for light in chosen_lights.slots_of(tree) if light is not None]
             if lights:
                 chosen_lights.choose(lights)

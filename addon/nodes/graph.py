@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..blender.id_properties import AS_BUILT, SPECIALIZED_FOR, STAMP
+from ..blender.id_properties import BUILT_FINGERPRINT, GROUP_ID, SPECIALIZED_FOR
 from ..blender.osl import compile_osl
 
 # Layout in the node editor's units: the width of a column, and what a node and each of its input sockets take of its height.
@@ -44,7 +44,7 @@ NORMAL = Socket(
 
 @dataclass(frozen=True)
 class Group:
-    """A node group as code. `key` and `name` are stable; a file's groups are found again by the stamp of key and version.
+    """A node group as code. `key` and `name` are stable; a file's groups are found again by key and version.
 
     `build` returns the outputs by name.
 
@@ -60,7 +60,7 @@ class Group:
     build: Callable[["Graph"], Mapping[str, "Value"]]
 
     @property
-    def stamp(self) -> str:
+    def identifier(self) -> str:
         return f"{self.key}/{self.version}"
 
     def ensure(self) -> bpy.types.ShaderNodeTree:
@@ -70,10 +70,10 @@ class Group:
         """
         trees = self.trees()
         if trees:
-            # the user's copies of it have the stamp, too, but another name
+            # the user's copies of it have the identifier, too, but another name
             return next((tree for tree in trees if tree.name == self.name), trees[0])
         tree = bpy.data.node_groups.new(self.name, "ShaderNodeTree")
-        tree[STAMP] = self.stamp
+        tree[GROUP_ID] = self.identifier
         tree.description = self.description
         tree.color_tag = "SHADER"
         for socket in self.inputs:
@@ -87,12 +87,12 @@ class Group:
             if socket.kind == "NodeSocketMenu":
                 tree.interface.items_tree[socket.name].default_value = socket.default
         graph.arrange()
-        tree[AS_BUILT] = fingerprint(tree)
+        tree[BUILT_FINGERPRINT] = fingerprint(tree)
         return tree
 
     def trees(self, linked: bool = False) -> list[bpy.types.ShaderNodeTree]:
         """Return this group's trees in the current file, its own or those `linked` from others; appended ones come beside."""
-        whole = (tree for tree in bpy.data.node_groups if tree.get(STAMP) == self.stamp and SPECIALIZED_FOR not in tree)
+        whole = (tree for tree in bpy.data.node_groups if tree.get(GROUP_ID) == self.identifier and SPECIALIZED_FOR not in tree)
         return [tree for tree in whole if (tree.library is not None) == linked]
 
     def rebuild(self, build: Callable[["Graph"], Mapping[str, "Value"]]) -> None:
@@ -104,7 +104,7 @@ class Group:
             graph = Graph(tree)
             graph.end(build(graph))
             graph.arrange()
-            tree[AS_BUILT] = fingerprint(tree)
+            tree[BUILT_FINGERPRINT] = fingerprint(tree)
 
 
 def fingerprint(tree: bpy.types.ShaderNodeTree) -> str:
@@ -113,7 +113,7 @@ def fingerprint(tree: bpy.types.ShaderNodeTree) -> str:
     for node in tree.nodes:
         inner = getattr(node, "node_tree", None)
         choices = [getattr(node, name, "") for name in ("operation", "data_type", "distribution", "falloff", "mute")]
-        seen.update(repr((node.name, node.bl_idname, choices, inner.get(STAMP) if inner else None)).encode())
+        seen.update(repr((node.name, node.bl_idname, choices, inner.get(GROUP_ID) if inner else None)).encode())
         for socket in node.inputs:
             value = getattr(socket, "default_value", None)
             seen.update(repr(value if value is None or isinstance(value, (str, int, float)) else tuple(value)).encode())
@@ -123,10 +123,10 @@ def fingerprint(tree: bpy.types.ShaderNodeTree) -> str:
     return seen.hexdigest()
 
 
-def stamp_of(node: bpy.types.Node) -> tuple[str, str]:
+def key_and_version(node: bpy.types.Node) -> tuple[str, str]:
     """Return key and version of our group that `node` holds, in whichever version; empty where it holds none."""
     tree = node.node_tree if node.type == "GROUP" else None
-    key, _, version = str(tree.get(STAMP, "") if tree else "").partition("/")
+    key, _, version = str(tree.get(GROUP_ID, "") if tree else "").partition("/")
     return key, version
 
 

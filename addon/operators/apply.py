@@ -35,10 +35,10 @@ class TRUE_DIFFUSE_OT_apply_preset(PicksPreset, bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         from ..material.materials import set_inputs
         from ..material.presets import PRESETS
-        from ..nodes.graph import stamp_of
+        from ..nodes.graph import key_and_version
 
         node, preset = node_of(context), PRESETS[self.key]
-        if stamp_of(node)[0] != preset.group.key:
+        if key_and_version(node)[0] != preset.group.key:
             self.report({"ERROR"}, f"{preset.name} is a preset of the group {preset.group.label}, the node holds another")
             return {"CANCELLED"}
         set_inputs(node, preset.inputs)

@@ -19,11 +19,11 @@ def node_of(context: bpy.types.Context) -> bpy.types.Node | None:
     """Return the Shader Editor's active node if it holds one of our groups, else the node that makes the material's surface."""
     from ..material.read import group_node
     from ..nodes import GROUPS
-    from ..nodes.graph import stamp_of
+    from ..nodes.graph import key_and_version
 
     if _is_node_editor(context) and context.space_data.edit_tree:
         active = context.space_data.edit_tree.nodes.active
-        if active and stamp_of(active)[0] in {group.key for group in GROUPS}:
+        if active and key_and_version(active)[0] in {group.key for group in GROUPS}:
             return active
     material = material_of(context)
     surface = group_node(material) if material else None

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..blender.id_properties import AS_BUILT, SPECIALIZED_FOR, STAMP
+from ..blender.id_properties import BUILT_FINGERPRINT, GROUP_ID, SPECIALIZED_FOR
 from ..material.upgrade import upgrade_node
 from ..nodes import GROUPS, Group, chosen_lights
-from ..nodes.graph import fingerprint, stamp_of
+from ..nodes.graph import fingerprint, key_and_version
 from .folding import ConstantFoldingGraph, Use
 from .node_count import NodeCount, node_count
 from .reasons import reasons
@@ -60,7 +60,7 @@ def restore_materials() -> int:
 
 def restore_node(node: bpy.types.Node) -> None:
     """Replace a node's specialized tree by its group, in this version."""
-    group, (_, version) = group_of(node), stamp_of(node)
+    group, (_, version) = group_of(node), key_and_version(node)
     if version == str(group.version):
         node.node_tree = group.ensure()
     else:
@@ -69,17 +69,17 @@ def restore_node(node: bpy.types.Node) -> None:
 
 def group_of(node: bpy.types.Node) -> Group:
     """Return the group that `node`, one of ours, holds in whichever version; raises KeyError where it holds none."""
-    return {group.key: group for group in GROUPS}[stamp_of(node)[0]]
+    return {group.key: group for group in GROUPS}[key_and_version(node)[0]]
 
 
 def group_nodes() -> Iterator[tuple[Owner, bpy.types.Node]]:
     """Yield the nodes of our groups in materials and in the artist's own groups, in the order of names."""
-    own_groups = [tree for tree in bpy.data.node_groups if tree.bl_idname == "ShaderNodeTree" and STAMP not in tree]
+    own_groups = [tree for tree in bpy.data.node_groups if tree.bl_idname == "ShaderNodeTree" and GROUP_ID not in tree]
     keys = {group.key for group in GROUPS}
     for owner in (*bpy.data.materials, *own_groups):
         tree = tree_of(owner)
         for node in tree.nodes if tree else ():
-            if stamp_of(node)[0] in keys:
+            if key_and_version(node)[0] in keys:
                 yield owner, node
 
 
@@ -105,7 +105,7 @@ def total(results: Sequence[OptimizedNode], when: str) -> NodeCount:
 
 
 class _Cache:
-    """Counts of whole groups by stamp and menus, and specialized trees by name of the group and use, within one run."""
+    """Counts of whole groups by identifier and menus, and specialized trees by name of the group and use, within one run."""
 
     def __init__(self) -> None:
         self.counts: dict[tuple[str, ...], NodeCount] = {}
@@ -117,7 +117,7 @@ def _optimize(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Sce
     if problem:
         return OptimizedNode(owner.name, node.name, None, None, (f"left alone: {problem}",))
     use = use_of(owner, node, scenes)
-    menus = (str(node.node_tree[STAMP]), *(value for value in use.inputs.values() if isinstance(value, str)))
+    menus = (str(node.node_tree[GROUP_ID]), *(value for value in use.inputs.values() if isinstance(value, str)))
     before = cache.counts.get(menus) or cache.counts.setdefault(menus, node_count(node))
     key = node.node_tree.name, use.to_json()
     if key in cache.trees:
@@ -138,7 +138,7 @@ def _optimize(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Sce
 
 def _problem(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Scene]) -> str:
     """Return why a node has to be left alone, empty where it need not."""
-    _, version = stamp_of(node)
+    _, version = key_and_version(node)
     group = group_of(node)
     if owner.library:
         text = node.node_tree.get(SPECIALIZED_FOR)
@@ -156,7 +156,7 @@ def _problem(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Scen
         return f"its group is of version {version}, not {group.version}"
     if any(socket.is_linked for socket in node.inputs if socket.bl_idname == "NodeSocketMenu"):
         return "a menu of it is linked to a node"
-    if any(tree.get(AS_BUILT) != fingerprint(tree) for tree in _with_groups(node.node_tree)):
+    if any(tree.get(BUILT_FINGERPRINT) != fingerprint(tree) for tree in _with_groups(node.node_tree)):
         return "its group has been edited, or comes from an older file"
     return ""
 
@@ -176,7 +176,7 @@ def specialized(group: Group, whole: bpy.types.ShaderNodeTree, use: Use) -> bpy.
     tree.name = f".{group.name}, Optimized"
     tree.nodes.clear()
     tree.animation_data_clear()
-    del tree[AS_BUILT]
+    del tree[BUILT_FINGERPRINT]
     tree[SPECIALIZED_FOR] = use.to_json()
     tree.use_fake_user = False
     graph = ConstantFoldingGraph(tree, use)
@@ -192,5 +192,5 @@ def remove_unused() -> None:
     """
     for tree in chosen_lights.LIGHTS.trees() if chosen_lights.chosen() else ():
         tree.use_fake_user = True
-    while unused := [tree for tree in bpy.data.node_groups if STAMP in tree and tree.users == 0]:
+    while unused := [tree for tree in bpy.data.node_groups if GROUP_ID in tree and tree.users == 0]:
         bpy.data.batch_remove(unused)

@@ -8,14 +8,14 @@ import bpy
 from ..models import by_label
 from ..models.registry import CyclesClosures
 from ..nodes import SPECULAR_GROUP, SUBSURFACE
-from ..nodes.graph import stamp_of
+from ..nodes.graph import key_and_version
 from .arithmetic import Plain
 from .folding import NEGLIGIBLE, Use
 
 
 def reasons(node: bpy.types.Node, use: Use) -> tuple[str, ...]:
     """Return a phrase for each part of the group of `node` that `use` does not need."""
-    return tuple(_reasons(stamp_of(node)[0], use))
+    return tuple(_reasons(key_and_version(node)[0], use))
 
 
 def _reasons(key: str, use: Use) -> Iterator[str]:

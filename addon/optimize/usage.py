@@ -9,7 +9,7 @@ import bpy
 from ..blender.engines import EEVEE, uses_osl
 from ..closures.quality import CHOSEN_LIGHTS
 from ..nodes import chosen_lights
-from ..nodes.graph import stamp_of
+from ..nodes.graph import key_and_version
 from ..nodes.rough_diffuse import QUALITY
 from ..nodes.subsurface import COLOR, MEAN_FREE_PATH, SCALE, SUBSURFACE, WEIGHT
 from .arithmetic import Plain
@@ -92,7 +92,7 @@ def use_of(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Scene]
         osl=_common(map(uses_osl, scenes)),
         meter=_common(map(meter, scenes)),
         shining=shining,
-        flat=stamp_of(node)[0] == SUBSURFACE.key and _is_flat(inputs, owner, scenes),
+        flat=key_and_version(node)[0] == SUBSURFACE.key and _is_flat(inputs, owner, scenes),
     )
 
 

@@ -35,10 +35,10 @@ class TRUE_DIFFUSE_MT_apply(bpy.types.Menu):
 
     def draw(self, context: bpy.types.Context) -> None:
         from ..material.presets import PRESETS
-        from ..nodes.graph import stamp_of
+        from ..nodes.graph import key_and_version
 
         node = node_of(context)
-        presets = [preset for preset in PRESETS.values() if node and preset.group.key == stamp_of(node)[0]]
+        presets = [preset for preset in PRESETS.values() if node and preset.group.key == key_and_version(node)[0]]
         menus.draw_pictures(self.layout, presets, TRUE_DIFFUSE_OT_apply_preset)
 
 
