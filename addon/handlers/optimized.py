@@ -22,7 +22,7 @@ def after_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None
     trees = _specialized_trees()
     if not trees:
         return
-    from ..optimize.invalidate import depends_on_objects, invalidate
+    from ..optimize.materials import depends_on_objects, invalidate
 
     types = ALWAYS + OBJECTS if any(map(depends_on_objects, trees)) else ALWAYS
     if any(isinstance(update.id, types) for update in depsgraph.updates):
@@ -32,7 +32,7 @@ def after_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None
 @bpy.app.handlers.persistent
 def before_render(scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph | None = None) -> None:
     if _specialized_trees():
-        from ..optimize.invalidate import invalidate
+        from ..optimize.materials import invalidate
 
         if bpy.app.background:  # where a script may change objects and render at once; with a window Blender has updated
             for layer in scene.view_layers:
@@ -43,7 +43,7 @@ def before_render(scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph | None
 @bpy.app.handlers.persistent
 def after_load(*_: object) -> None:
     if _specialized_trees():
-        from ..optimize.invalidate import invalidate
+        from ..optimize.materials import invalidate
 
         invalidate(None)
 

@@ -7,7 +7,9 @@ As in the nodes, no operation fails: x / 0 is 0, the square root of a negative n
 
 import math
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
+
+from ..models.vector import dot
 
 type Vector = tuple[float, ...]  # three components
 type Plain = float | Vector
@@ -43,10 +45,6 @@ def arccosine(a: float) -> float:
     return math.acos(minimum(maximum(-1.0, a), 1.0))
 
 
-def dot(a: Vector, b: Vector) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
 def normalize(a: Vector) -> Vector:
     size = math.hypot(*a)
     return (divide(a[0], size), divide(a[1], size), divide(a[2], size))
@@ -80,7 +78,7 @@ VECTORS: Mapping[str, Callable[..., Plain]] = {
 }
 
 
-def scalar(operation: str, *operands: float) -> float:
+def scalar(operation: str, *operands: Plain) -> float:
     """Return the result of a Math node. Raises KeyError for an unsupported operation."""
     return SCALARS[operation](*operands)
 
@@ -92,13 +90,6 @@ def vector(operation: str, *operands: Plain) -> Plain:
         return VECTORS[operation](*vectors)
     red, green, blue = (scalar(operation, *components) for components in zip(*vectors, strict=True))
     return (red, green, blue)
-
-
-def node(is_vector: bool, operation: str, operands: Sequence[Plain]) -> Plain:
-    """Return the result of a Vector Math or else a Math node. Raises KeyError as `scalar` does."""
-    if is_vector:
-        return vector(operation, *operands)
-    return scalar(operation, *(operand for operand in operands if not isinstance(operand, tuple)))
 
 
 def spread(value: Plain) -> Vector:

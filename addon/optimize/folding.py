@@ -206,7 +206,8 @@ class ConstantFoldingGraph(Graph):
     def node(self, kind: str, inputs: Mapping[int | str, Operand], output: int | str = 0, **properties: object) -> Value:
         known = self.all_known(*inputs.values()) if kind in (SCALAR, VECTOR) else None
         if known is not None:
-            return Constant(self, arithmetic.node(kind == VECTOR, str(properties["operation"]), known))
+            compute = arithmetic.vector if kind == VECTOR else arithmetic.scalar
+            return Constant(self, compute(str(properties["operation"]), *known))
         is_vector = output in VECTOR_OUTPUTS or kind == "ShaderNodeCombineXYZ"
         return self._lazy(lambda: Graph.node(self, kind, inputs, output, **properties), is_vector)
 
@@ -214,7 +215,7 @@ class ConstantFoldingGraph(Graph):
         vectors = [isinstance(x, tuple) or (isinstance(x, Value) and x.is_vector) for x in (a, b)]
         known = self.all_known(a, b)
         if known is not None:
-            return Constant(self, arithmetic.node(any(vectors), operation, known))
+            return Constant(self, (arithmetic.vector if any(vectors) else arithmetic.scalar)(operation, *known))
         zero, one = ([self.is_all(x, number) for x in (a, b)] for number in (0.0, 1.0))
         if (operation == "MULTIPLY" and any(zero)) or (operation == "DIVIDE" and zero[0]):
             return Constant(self, ZERO if any(vectors) else 0.0)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Gives each node of our groups a tree specialized for its use, which renders the same picture, and restores the group.
+"""Gives each node of our groups a tree specialized for its use, which renders the same picture, and restores the group, also
+once the node is used otherwise.
 
 The node keeps its sockets, their values and links; only its node tree is replaced. A specialized tree has its use (`folding.Use`)
 as a property; nodes with equal uses share one.
@@ -17,7 +18,7 @@ from ..nodes.graph import fingerprint, key_and_version
 from .folding import ConstantFoldingGraph, Use
 from .node_count import NodeCount, node_count
 from .reasons import reasons
-from .usage import Owner, holds_in, scenes_of, tree_of, use_of
+from .usage import Owner, has_inputs, holds_in, scenes_of, tree_of, use_of
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,37 @@ def restore_node(node: bpy.types.Node) -> None:
         upgrade_node(node.id_data, node, group)
 
 
+def invalidate(scene: bpy.types.Scene | None) -> int:
+    """Restore the nodes whose specialized trees are wrong for their sockets or for `scene`; returns how many.
+
+    Without `scene`, all scenes of the file count.
+    """
+    users = None
+    wrong = []
+    for owner, node in group_nodes():
+        text = node.node_tree.get(SPECIALIZED_FOR)
+        if text is None or owner.library:
+            continue
+        use = Use.from_json(text)
+        valid = has_inputs(use, owner, node)
+        if valid:
+            violating = [other for other in ([scene] if scene else bpy.data.scenes) if not holds_in(use, owner, other)]
+            if violating:
+                users = users or bpy.data.user_map()
+                valid = set(violating).isdisjoint(scenes_of(owner, users))
+        if not valid:
+            wrong.append(node)
+    for node in wrong:
+        restore_node(node)
+    return len(wrong)
+
+
+def depends_on_objects(tree: bpy.types.ShaderNodeTree) -> bool:
+    """Return whether a change of a light, an object or a camera can make a specialized tree wrong."""
+    use = Use.from_json(tree[SPECIALIZED_FOR])
+    return use.flat or not all(use.shining)
+
+
 def group_of(node: bpy.types.Node) -> Group:
     """Return the group that `node`, one of ours, holds in whichever version; raises KeyError where it holds none."""
     return {group.key: group for group in GROUPS}[key_and_version(node)[0]]
@@ -88,14 +120,12 @@ COLUMNS = ("Material", "Left out", "Nodes", "Closures")
 
 def rows(results: Sequence[OptimizedNode]) -> list[tuple[str, ...]]:
     """Return a table of `results` under COLUMNS; the last row is their total."""
-    before, after = total(results, "before"), total(results, "after")
-    return [_row(result) for result in (*results, OptimizedNode("All", "", before, after, ()))]
-
-
-def _row(result: OptimizedNode) -> tuple[str, ...]:
-    before, after = result.before, result.after
-    counts = (f"{before.nodes} -> {after.nodes}", f"{before.closures} -> {after.closures}") if before and after else ("-", "-")
-    return result.owner, "; ".join(result.reasons), *counts
+    table: list[tuple[str, ...]] = []
+    for result in (*results, OptimizedNode("All", "", total(results, "before"), total(results, "after"), ())):
+        before, after = result.before, result.after
+        counts = (f"{before.nodes} -> {after.nodes}", f"{before.closures} -> {after.closures}") if before and after else ("-", "-")
+        table.append((result.owner, "; ".join(result.reasons), *counts))
+    return table
 
 
 def total(results: Sequence[OptimizedNode], when: str) -> NodeCount:
@@ -133,7 +163,8 @@ def _optimize(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Sce
             bpy.data.node_groups.remove(tree)
             tree = None
         cache.trees[key] = tree, after
-    return OptimizedNode(owner.name, node.name, before, after, reasons(node, use) if tree else ("nothing to leave out",))
+    why = tuple(reasons(key_and_version(node)[0], use)) if tree else ("nothing to leave out",)
+    return OptimizedNode(owner.name, node.name, before, after, why)
 
 
 def _problem(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Scene]) -> str:

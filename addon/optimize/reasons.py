@@ -3,22 +3,15 @@
 
 from collections.abc import Iterator
 
-import bpy
-
 from ..models import by_label
 from ..models.registry import CyclesClosures
 from ..nodes import SPECULAR_GROUP, SUBSURFACE
-from ..nodes.graph import key_and_version
-from .arithmetic import Plain
 from .folding import NEGLIGIBLE, Use
 
 
-def reasons(node: bpy.types.Node, use: Use) -> tuple[str, ...]:
-    """Return a phrase for each part of the group of `node` that `use` does not need."""
-    return tuple(_reasons(key_and_version(node)[0], use))
+def reasons(key: str, use: Use) -> Iterator[str]:
+    """Yield a phrase for each part of the group of that `key` that `use` does not need."""
 
-
-def _reasons(key: str, use: Use) -> Iterator[str]:
     def number(name: str) -> float | None:
         value = use.inputs.get(name)
         return value if isinstance(value, float) else None
@@ -43,7 +36,8 @@ def _reasons(key: str, use: Use) -> Iterator[str]:
             yield "coat (Specular is 0)"
     if roughness is not None and roughness < NEGLIGIBLE and model and model.is_rough:
         yield "lobes (Roughness is 0: one Lambert closure)"
-    if _black(use.inputs.get("Color")):
+    color = use.inputs.get("Color")
+    if isinstance(color, tuple) and max(color) < NEGLIGIBLE:
         yield "diffuse closures (Color is black)"
     dark = [str(slot) for slot, shines in enumerate(use.shining, 1) if not shines]
     if dark:
@@ -51,7 +45,3 @@ def _reasons(key: str, use: Use) -> Iterator[str]:
     constant = [name for name, value in use.inputs.items() if not isinstance(value, str) and name != "Normal"]
     if constant:
         yield f"arithmetic on {', '.join(constant)}"
-
-
-def _black(value: Plain | str | None) -> bool:
-    return isinstance(value, tuple) and max(value) < NEGLIGIBLE
