@@ -29,7 +29,8 @@ from true_diffuse.addon.models import (
     register,
     unregister,
 )
-from true_diffuse.addon.models.geometry import clamp, geometry
+from true_diffuse.addon.models.geometry import Geometry, clamp
+from true_diffuse.addon.models.protocol import Formula
 from true_diffuse.addon.models.quadrature import NORMAL, gauss_legendre, integrate
 from true_diffuse.addon.models.registry import ROUGHNESS, Glsl, MaterialX
 from true_diffuse.addon.models.terms import Expansion, Light, Number, SingleLightTerms, Terms, float_view, relative_radiance
@@ -166,7 +167,7 @@ def test_models_are_told_apart() -> None:
 
 
 @dataclass(frozen=True)
-class Minnaert:
+class Minnaert(Formula):
     """M. Minnaert (1941), for the moon: L_r = (rho / pi) E0 (N.L)^k (N.V)^(k - 1); `roughness` is k - 1, clamped to [0, 1]."""
 
     roughness: float
@@ -174,9 +175,8 @@ class Minnaert:
     def __post_init__(self) -> None:
         object.__setattr__(self, "roughness", clamp(self.roughness, 0.0, 1.0))
 
-    def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
-        g = geometry(n, l, v)
-        return clamp(albedo, 0.0, 1.0) / math.pi * g.mu_i * (g.mu_i * g.mu_o) ** self.roughness if g else 0.0
+    def reflected(self, g: Geometry, rho: float) -> float:
+        return rho / math.pi * g.mu_i * (g.mu_i * g.mu_o) ** self.roughness
 
     def average_albedo(self, albedo: float) -> float:
         return albedo * (2.0 / (2.0 + self.roughness)) ** 2

@@ -9,20 +9,23 @@ import math
 
 from ..models.fresnel import boundary
 from ..models.geometry import clamp
+from ..models.terms import Number
 
-NORMAL_INCIDENCE, GRAZING, SLOPE = 3.1, (0.2, 1.6, 2.4), 0.5
+
+def squared_cosine(mu: Number, roughness: Number) -> Number:
+    """Return the square of the cosine at which a smooth surface reflects what a rough one does, seen at N.V = `mu`; all in [0, 1].
+
+    A + B mu + C mu^2, our fit to GGX, F within 0.02 at index 1.4. Floats or sockets.
+    """
+    alpha = roughness * roughness
+    at_normal = 1.0 - alpha / (1.0 + 3.1 * alpha)  # A + B + C
+    a, b = alpha * alpha / (0.2 + alpha * (1.6 + 2.4 * alpha)), 0.5 * alpha
+    return a + mu * (b + mu * (at_normal - a - b))
 
 
 def mean_cosine(mu: float, roughness: float) -> float:
-    """Return the cosine at which a smooth surface reflects what a rough one does, seen at N.V = `mu`; in [0, 1].
-
-    sqrt(A + B mu + C mu^2) with alpha = `roughness`^2, B = alpha / 2, A = alpha^2 / (0.2 + 1.6 alpha + 2.4 alpha^2),
-    A + B + C = 1 - alpha / (1 + 3.1 alpha): our fit to GGX, F within 0.02 at index 1.4. Both are clamped to [0, 1].
-    """
-    mu, alpha = clamp(mu, 0.0, 1.0), clamp(roughness, 0.0, 1.0) ** 2
-    at_normal = 1.0 - alpha / (1.0 + NORMAL_INCIDENCE * alpha)
-    a, b = alpha * alpha / (GRAZING[0] + alpha * (GRAZING[1] + GRAZING[2] * alpha)), SLOPE * alpha
-    return math.sqrt(a + mu * (b + mu * (at_normal - a - b)))
+    """Return the root of `squared_cosine`; both are clamped to [0, 1]."""
+    return math.sqrt(squared_cosine(clamp(mu, 0.0, 1.0), clamp(roughness, 0.0, 1.0)))
 
 
 def mean_fresnel(mu: float, roughness: float, eta: float) -> float:

@@ -7,7 +7,8 @@ d_r = sqrt(r^2 + z_r^2), d_v = sqrt(r^2 + z_v^2); C1 and C2 from fresnel.py, exa
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
 from .fresnel import passing
 from .geometry import clamp
@@ -33,11 +34,11 @@ class StandardDipole:
 
     channel: Channel
     eta: float = 1.3
-    a: float = field(init=False)
 
-    def __post_init__(self) -> None:
-        """Fold A."""
-        object.__setattr__(self, "a", standard_a(self.eta))
+    @cached_property
+    def a(self) -> float:
+        """A."""
+        return standard_a(self.eta)
 
     def profile(self, r: float) -> float:
         """Return R(r) [mm^-2]; `r` [mm] is clamped to [0, 1e9], NaN to 0."""

@@ -8,46 +8,30 @@ r the roughness, E Fujii's directional albedo at rho = 1 and <E> its average:
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
-from .fujii import K1, K2, SHAPE, Fujii, FujiiTerms, energy_deficit, fujii_average_albedo
-from .geometry import Geometry, clamp, geometry
+from .fujii import K1, K2, SHAPE, Fujii, FujiiTerms, energy_deficit
+from .geometry import Geometry
 from .registry import ROUGHNESS, CyclesClosures, Glsl, MaterialX, Osl, ReflectanceModel
 from .terms import FLOATS, Expansion, Light, Number
-from .vector import Vector
 
 
 @dataclass(frozen=True)
-class Eon:
+class Eon(Fujii):
     """`roughness` r is clamped to [0, 1], NaN to 0; 0 is Lambert. Reciprocal; at rho = 1 it reflects all light from everywhere."""
-
-    roughness: float
-    base: Fujii = field(init=False)
-    average: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Clamp the roughness and fold what depends on it alone."""
-        object.__setattr__(self, "roughness", clamp(self.roughness, 0.0, 1.0))
-        object.__setattr__(self, "base", Fujii(self.roughness))
-        object.__setattr__(self, "average", fujii_average_albedo(self.roughness))
 
     def multiple(self, g: Geometry, albedo: float) -> float:
         """Return the radiance of what is reflected more than once [W/(m^2 sr)] for E0 = 1 W/m^2 and an `albedo` rho in [0, 1]."""
-        a, r = self.base.constants
+        a, r = super().constants
         rho_ms = albedo * albedo * self.average / (1.0 - albedo * (1.0 - self.average))
         deficit_i = max(0.0, energy_deficit(FLOATS, g.mu_i, math.sqrt(1.0 - g.mu_i * g.mu_i)))
         deficit_o = max(0.0, energy_deficit(FLOATS, g.mu_o, math.sqrt(1.0 - g.mu_o * g.mu_o)))
         # 1 - E is A r times the deficit, 1 - <E> is A r (K1 - K2)
         return rho_ms / math.pi * g.mu_i * (a * r * deficit_i * deficit_o / (K1 - K2))
 
-    def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
-        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho is clamped to [0, 1]."""
-        g = geometry(n, l, v)
-        if g is None:
-            return 0.0
-        rho = clamp(albedo, 0.0, 1.0)
-        return self.base.single(g, rho) + self.multiple(g, rho)
+    def reflected(self, g: Geometry, rho: float) -> float:
+        return super().reflected(g, rho) + self.multiple(g, rho)
 
     def average_albedo(self, albedo: float) -> float:
         """Return rho <E> / (1 - rho (1 - <E>))."""
@@ -56,7 +40,7 @@ class Eon:
     @property
     def constants(self) -> tuple[float, ...]:
         """A, r and 1 - <E>."""
-        return *self.base.constants, 1.0 - self.average
+        return *super().constants, 1.0 - self.average
 
 
 class EonTerms(FujiiTerms):

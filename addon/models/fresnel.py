@@ -12,7 +12,7 @@ use for them leave their range (F_dr of H. W. Jensen and others, SIGGRAPH 2001, 
 
 import functools
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from .geometry import clamp
@@ -35,11 +35,11 @@ class Boundary:
     """A smooth boundary from vacuum to a dielectric; `ior` n >= 1."""
 
     ior: float
-    bend: float = field(init=False)
 
-    def __post_init__(self) -> None:
-        """Fold sqrt(n^2 - 1)."""
-        object.__setattr__(self, "bend", math.sqrt((self.ior - 1.0) * (self.ior + 1.0)))
+    @functools.cached_property
+    def bend(self) -> float:
+        """sqrt(n^2 - 1)."""
+        return math.sqrt((self.ior - 1.0) * (self.ior + 1.0))
 
     def transmittance(self, mu: float) -> float:
         """Return 1 - F of unpolarized light at the cosine `mu` > 0 of the angle outside; in [0, 1]."""

@@ -12,7 +12,8 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from .geometry import Geometry, clamp, geometry
+from .geometry import Geometry, clamp
+from .protocol import Formula
 from .registry import ROUGHNESS, CyclesClosures, Glsl, MaterialX, Osl, ReflectanceModel
 from .terms import Arithmetic, Expansion, Light, LightFunction, Number, SingleLightTerms
 from .vector import Vector
@@ -21,13 +22,8 @@ K1 = 0.5 - 2.0 / (3.0 * math.pi)
 K2 = 2.0 / 3.0 - 28.0 / (15.0 * math.pi)
 
 
-def fujii_average_albedo(roughness: float) -> float:
-    """Return <E> = A (1 + K2 r) of Fujii's model at rho = 1; `roughness` r in [0, 1]."""
-    return (1.0 + K2 * roughness) / (1.0 + K1 * roughness)
-
-
 @dataclass(frozen=True)
-class Fujii:
+class Fujii(Formula):
     """`roughness` r is clamped to [0, 1], NaN to 0; 0 is Lambert. Darkens as r grows, as nothing is reflected twice."""
 
     roughness: float
@@ -36,22 +32,21 @@ class Fujii:
         """Clamp the roughness."""
         object.__setattr__(self, "roughness", clamp(self.roughness, 0.0, 1.0))
 
-    def single(self, g: Geometry, albedo: float) -> float:
-        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2 and an `albedo` rho in [0, 1]."""
+    def reflected(self, g: Geometry, rho: float) -> float:
         s = g.l_dot_v - g.mu_i * g.mu_o
         # (N.L) / t at once, as s / t overflows near the horizon
         over_t = g.mu_i / max(g.mu_i, g.mu_o) if s > 0.0 else g.mu_i
         # rounding may leave s a little below -1
-        return albedo / math.pi * max(0.0, g.mu_i + self.roughness * s * over_t) / (1.0 + K1 * self.roughness)
+        return rho / math.pi * max(0.0, g.mu_i + self.roughness * s * over_t) / (1.0 + K1 * self.roughness)
 
-    def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
-        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho is clamped to [0, 1]."""
-        g = geometry(n, l, v)
-        return self.single(g, clamp(albedo, 0.0, 1.0)) if g else 0.0
+    @cached_property
+    def average(self) -> float:
+        """<E> = A (1 + K2 r), the average albedo at rho = 1."""
+        return (1.0 + K2 * self.roughness) / (1.0 + K1 * self.roughness)
 
     def average_albedo(self, albedo: float) -> float:
         """Return rho <E>."""
-        return albedo * fujii_average_albedo(self.roughness)
+        return albedo * self.average
 
     @property
     def constants(self) -> tuple[float, ...]:

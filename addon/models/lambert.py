@@ -3,24 +3,19 @@
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
 
-from .geometry import clamp, geometry
+from .geometry import Geometry
+from .protocol import Formula
 from .registry import CyclesClosures, MaterialX, Osl, ReflectanceModel
 from .terms import Expansion, Terms
-from .vector import Vector
 
 
 @dataclass(frozen=True)
-class Lambert:
+class Lambert(Formula):
     """L_r = (rho / pi) E0 (N.L): the same from every view. Directional albedo: rho."""
 
-    constants: ClassVar[tuple[float, ...]] = ()
-
-    def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
-        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho is clamped to [0, 1]."""
-        g = geometry(n, l, v)
-        return clamp(albedo, 0.0, 1.0) / math.pi * g.mu_i if g else 0.0
+    def reflected(self, g: Geometry, rho: float) -> float:
+        return rho / math.pi * g.mu_i
 
     def average_albedo(self, albedo: float) -> float:
         """Return rho."""

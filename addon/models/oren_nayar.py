@@ -15,7 +15,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from .fujii import K1, K2, energy_deficit
-from .geometry import clamp, geometry
+from .geometry import Geometry, clamp
+from .protocol import Formula
 from .registry import SIGMA, Glsl, MaterialX, Osl, ReflectanceModel
 from .terms import Expansion, Light, LightFunction, Number, SingleLightTerms
 from .vector import Vector, dot, normalize
@@ -35,7 +36,7 @@ def coefficients(sigma: float) -> tuple[float, float]:
 
 
 @dataclass(frozen=True)
-class OrenNayar:
+class OrenNayar(Formula):
     """Equation (1) with its right-hand minimum; sigma = 0 is Lambert exactly.
 
     `sigma` in radians (the paper shows 0, 0.2 and 0.33); below 0 and NaN count as 0, infinity is the limit. Reciprocal. It leaves
@@ -54,14 +55,10 @@ class OrenNayar:
         object.__setattr__(self, "a", a)
         object.__setattr__(self, "b", b)
 
-    def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
-        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho is clamped to [0, 1]. Equation (1)."""
-        g = geometry(n, l, v)
-        if g is None:
-            return 0.0
+    def reflected(self, g: Geometry, rho: float) -> float:
         s = g.l_dot_v - g.mu_o * g.mu_i
         ramp = g.mu_i / g.mu_o if g.mu_i < g.mu_o else 1.0
-        return clamp(albedo, 0.0, 1.0) / math.pi * (self.a * g.mu_i + self.b * max(0.0, s) * ramp)
+        return rho / math.pi * (self.a * g.mu_i + self.b * max(0.0, s) * ramp)
 
     def average_albedo(self, albedo: float) -> float:
         """Return rho (A + B (K2 + 4 / (9 pi))): Fujii's G without its part for s < 0."""

@@ -12,10 +12,10 @@ the larger and smaller of the angles theta_i, theta_r from N, phi the azimuth be
 
 import functools
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
-from .geometry import azimuth, clamp, geometry
+from .geometry import Geometry, azimuth
 from .oren_nayar import OrenNayar, OrenNayarTerms
 from .quadrature import average_albedo
 from .registry import SIGMA, Glsl, MaterialX, Osl, ReflectanceModel
@@ -34,20 +34,13 @@ class OrenNayar1994(OrenNayar):
     falls below zero where light and viewer skim the surface from opposite sides; there it is cut off at 0.
     """
 
-    interreflection: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Clamp sigma and fold what depends on it alone."""
-        super().__post_init__()
+    @cached_property
+    def interreflection(self) -> float:
+        """The factor of the light that facets reflect twice, which depends on sigma alone."""
         variance = self.sigma * self.sigma
-        object.__setattr__(self, "interreflection", 0.17 / (1.0 + 0.13 / variance) if variance > 0.0 else 0.0)
+        return 0.17 / (1.0 + 0.13 / variance) if variance > 0.0 else 0.0
 
-    def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
-        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho is clamped to [0, 1]."""
-        g = geometry(n, l, v)
-        if g is None:
-            return 0.0
-        rho = clamp(albedo, 0.0, 1.0)
+    def reflected(self, g: Geometry, rho: float) -> float:
         sin_i, sin_o, cos_half, sin_half = azimuth(g)
         cos_phi = (cos_half - sin_half) * (cos_half + sin_half)
         alpha, beta = math.acos(min(g.mu_i, g.mu_o)), math.acos(max(g.mu_i, g.mu_o))

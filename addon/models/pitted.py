@@ -19,9 +19,9 @@ of it on the opening.
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
 
-from .geometry import Geometry, azimuth, clamp, geometry
+from .geometry import Geometry, azimuth
+from .protocol import Formula
 from .registry import Glsl, MaterialX, Osl, ReflectanceModel
 from .terms import Expansion, LightFunction, Terms, relative_radiance
 from .vector import Vector
@@ -64,20 +64,13 @@ def once_reflected(g: Geometry) -> float:
 
 
 @dataclass(frozen=True)
-class Pitted:
+class Pitted(Formula):
     """Directional albedo: rho / (2 - rho) for light from everywhere, of which rho / 2 is reflected once. Reciprocal.
 
     Brightest towards the light. rho is the albedo of the wall, so the surface is darker than rho: a pit is a trap.
     """
 
-    constants: ClassVar[tuple[float, ...]] = ()
-
-    def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
-        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho of the wall is clamped to [0, 1]."""
-        g = geometry(n, l, v)
-        if g is None:
-            return 0.0
-        rho = clamp(albedo, 0.0, 1.0)
+    def reflected(self, g: Geometry, rho: float) -> float:
         return rho / (3.0 * math.pi**2) * once_reflected(g) + rho * rho / (math.pi * (4.0 - 2.0 * rho)) * g.mu_i
 
     def average_albedo(self, albedo: float) -> float:

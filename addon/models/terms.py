@@ -27,35 +27,23 @@ type Number = Any  # a float, or a socket that calculates with + - * / and **: a
 class Arithmetic(Protocol):
     """What numbers need beside + - * / and **."""
 
-    def minimum(self, a: Number, b: Number) -> Number: ...
-    def maximum(self, a: Number, b: Number) -> Number: ...
+    def minimum(self, a: Number, b: Number, /) -> Number: ...
+    def maximum(self, a: Number, b: Number, /) -> Number: ...
     def clamp(self, a: Number, low: float, high: float) -> Number: ...
-    def sqrt(self, a: Number) -> Number: ...
-    def arccosine(self, a: Number) -> Number: ...
-    def absolute(self, a: Number) -> Number: ...
+    def sqrt(self, a: Number, /) -> Number: ...
+    def arccosine(self, a: Number, /) -> Number: ...
+    def absolute(self, a: Number, /) -> Number: ...
     def less_than(self, a: Number, b: Number) -> Number:
         """Return 1 where a < b, else 0."""
         ...
 
 
 class _FloatArithmetic:
-    def minimum(self, a: float, b: float) -> float:
-        return min(a, b)
-
-    def maximum(self, a: float, b: float) -> float:
-        return max(a, b)
+    minimum, maximum = staticmethod(min), staticmethod(max)
+    sqrt, arccosine, absolute = staticmethod(math.sqrt), staticmethod(math.acos), staticmethod(abs)
 
     def clamp(self, a: float, low: float, high: float) -> float:
         return min(max(low, a), high)
-
-    def sqrt(self, a: float) -> float:
-        return math.sqrt(a)
-
-    def arccosine(self, a: float) -> float:
-        return math.acos(a)
-
-    def absolute(self, a: float) -> float:
-        return abs(a)
 
     def less_than(self, a: float, b: float) -> float:
         return float(a < b)

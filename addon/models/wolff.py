@@ -10,21 +10,21 @@ from there, so the second bracket is 1 - F(theta_r, n): the model is reciprocal.
 
 import functools
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from .fresnel import Boundary
-from .geometry import clamp, geometry
+from .fresnel import boundary
+from .geometry import Geometry, clamp
+from .protocol import Formula
 from .quadrature import average_albedo
 from .registry import IOR, Glsl, MaterialX, Osl, ReflectanceModel
 from .terms import SMALLEST_DIVISOR, Arithmetic, Expansion, Light, Number, SingleLightTerms
-from .vector import Vector
 
 ALBEDO_ORDER = 12  # of the quadrature: to 1e-4
 AVERAGE_REFLECTANCE = 0.50647, -0.42269, 1.0386  # of f, f^2, f^3: scripts/fit/albedo.py
 
 
 @dataclass(frozen=True)
-class Wolff:
+class Wolff(Formula):
     """`ior` is the index of refraction n, clamped to [1, 3], NaN to 1; 1 is Lambert.
 
     rho here is the albedo of the body under the boundary, of all its multiple scattering; Wolff lets it vary slightly with the
@@ -32,20 +32,14 @@ class Wolff:
     """
 
     ior: float = 1.5
-    boundary: Boundary = field(init=False)
 
     def __post_init__(self) -> None:
-        """Clamp the index of refraction and fold what depends on it alone."""
+        """Clamp the index of refraction."""
         object.__setattr__(self, "ior", clamp(self.ior, 1.0, 3.0))
-        object.__setattr__(self, "boundary", Boundary(self.ior))
 
-    def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
-        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; `albedo` rho is clamped to [0, 1]."""
-        g = geometry(n, l, v)
-        if g is None:
-            return 0.0
-        through = self.boundary.transmittance(g.mu_i) * self.boundary.transmittance(g.mu_o)
-        return clamp(albedo, 0.0, 1.0) / math.pi * g.mu_i * through
+    def reflected(self, g: Geometry, rho: float) -> float:
+        surface = boundary(self.ior)
+        return rho / math.pi * g.mu_i * (surface.transmittance(g.mu_i) * surface.transmittance(g.mu_o))
 
     def average_albedo(self, albedo: float) -> float:
         """Return rho (1 - <F>)^2, nearly, by quadrature."""

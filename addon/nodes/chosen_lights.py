@@ -24,10 +24,6 @@ MENU_PATH = "Object > True Diffuse > Use Selected Lights"  # the operator that c
 L = Socket("L", "NodeSocketVector", "Unit vector towards the light", (0.0, 0.0, 0.0))
 
 
-def build_none(graph: Graph) -> dict[str, Value]:
-    return build(graph, ())
-
-
 def build(graph: Graph, chosen: Sequence[bpy.types.Object]) -> dict[str, Value]:
     """Return L and E of each slot; E is 0 in slots without a light."""
     outputs = {}
@@ -68,7 +64,9 @@ def light_vectors(graph: Graph, light: bpy.types.Object) -> tuple[Value, Value]:
     return l, power * (t * t * (3.0 - 2.0 * t) * (1.0 / (4.0 * math.pi)))
 
 
-LIGHTS = Group("lights", ".True Diffuse Lights", "Lights", 2, "The lights that materials are exact for", (), build_none)
+LIGHTS = Group(
+    "lights", ".True Diffuse Lights", "Lights", 2, "The lights that materials are exact for", (), lambda graph: build(graph, ())
+)
 
 
 def weighted_mean(graph: Graph, under: Callable[[Value], tuple[Value, Value]], elsewhere: Number) -> Value:

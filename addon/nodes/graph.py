@@ -78,16 +78,10 @@ class Group:
         tree.color_tag = "SHADER"
         for socket in self.inputs:
             _add_input(tree, socket)
-        graph = Graph(tree)
-        outputs = self.build(graph)
-        for name, value in outputs.items():
-            tree.interface.new_socket(name, in_out="OUTPUT", socket_type=value.socket.bl_idname)
-        graph.end(outputs)
+        _fill(tree, self.build)
         for socket in self.inputs:  # a menu knows its entries once it is linked
             if socket.kind == "NodeSocketMenu":
                 tree.interface.items_tree[socket.name].default_value = socket.default
-        graph.arrange()
-        tree[BUILT_FINGERPRINT] = fingerprint(tree)
         return tree
 
     def trees(self, linked: bool = False) -> list[bpy.types.ShaderNodeTree]:
@@ -101,10 +95,19 @@ class Group:
         for tree in self.trees():
             tree.nodes.clear()
             tree.animation_data_clear()
-            graph = Graph(tree)
-            graph.end(build(graph))
-            graph.arrange()
-            tree[BUILT_FINGERPRINT] = fingerprint(tree)
+            _fill(tree, build)
+
+
+def _fill(tree: bpy.types.ShaderNodeTree, build: Callable[["Graph"], Mapping[str, "Value"]]) -> None:
+    """Build the nodes of an empty `tree`, and the outputs that it lacks."""
+    graph = Graph(tree)
+    outputs = build(graph)
+    for name, value in outputs.items():
+        if name not in tree.interface.items_tree:
+            tree.interface.new_socket(name, in_out="OUTPUT", socket_type=value.socket.bl_idname)
+    graph.end(outputs)
+    graph.arrange()
+    tree[BUILT_FINGERPRINT] = fingerprint(tree)
 
 
 def fingerprint(tree: bpy.types.ShaderNodeTree) -> str:
@@ -187,7 +190,9 @@ class Value:
 
 
 class Graph:
-    """Fills `tree` with nodes. Method names are those of the field; each returns the new node's output as a `Value`."""
+    """Fills `tree` with nodes. Method names are those of the field; each returns the new node's output as a `Value`. It is the
+    `models.terms.Arithmetic` of sockets.
+    """
 
     def __init__(self, tree: bpy.types.ShaderNodeTree) -> None:
         self.tree = tree
@@ -359,6 +364,15 @@ class Graph:
 
     def sqrt(self, a: Operand) -> Value:
         return self.math("SQRT", a)
+
+    def arccosine(self, a: Operand) -> Value:
+        return self.math("ARCCOSINE", a)
+
+    def absolute(self, a: Operand) -> Value:
+        return self.math("ABSOLUTE", a)
+
+    def less_than(self, a: Operand, b: Operand) -> Value:
+        return self.math("LESS_THAN", a, b)
 
     def mean(self, vector: Value) -> Value:
         """Return the mean of a vector's components."""

@@ -6,7 +6,7 @@ from ..models.registry import IOR as IOR_PARAMETER
 from ..models.registry import MODELS, SIGMA, ReflectanceModel
 from ..models.registry import ROUGHNESS as ROUGHNESS_PARAMETER
 from ..models.terms import Light, Terms, View
-from .graph import COLOR, Graph, Number, Operand, Socket, Value
+from .graph import COLOR, Graph, Number, Socket, Value
 
 NORMAL_INCIDENCE = 1e-6  # keeps the tangent defined where V = N; all that follows it is 0 there
 
@@ -47,34 +47,6 @@ def parameters(model: ReflectanceModel) -> tuple[Socket, ...]:
     return (SOCKETS[model.parameter.socket],) if model.parameter else ()
 
 
-class NodeArithmetic:
-    """The `models.terms.Arithmetic` of sockets."""
-
-    def __init__(self, graph: Graph) -> None:
-        self.graph = graph
-
-    def minimum(self, a: Operand, b: Operand) -> Value:
-        return self.graph.minimum(a, b)
-
-    def maximum(self, a: Operand, b: Operand) -> Value:
-        return self.graph.maximum(a, b)
-
-    def clamp(self, a: Operand, low: float, high: float) -> Value:
-        return self.graph.clamp(a, low, high)
-
-    def sqrt(self, a: Operand) -> Value:
-        return self.graph.sqrt(a)
-
-    def arccosine(self, a: Operand) -> Value:
-        return self.graph.math("ARCCOSINE", a)
-
-    def absolute(self, a: Operand) -> Value:
-        return self.graph.math("ABSOLUTE", a)
-
-    def less_than(self, a: Operand, b: Operand) -> Value:
-        return self.graph.math("LESS_THAN", a, b)
-
-
 class Surface:
     """A `model` in a group that has COLOR, N and the model's parameter as inputs: these inside their ranges, and the view."""
 
@@ -86,17 +58,14 @@ class Surface:
         across = v - self.n * (mu - NORMAL_INCIDENCE)
         self.tangent = graph.normalize(across)
         sine = graph.vector_math("LENGTH", across, output="Value")
-        self.view = View(NodeArithmetic(graph), graph.clamp(graph.input(COLOR), 0.0, 1.0), mu, sine)
-        values = [
-            graph.clamp(graph.input(socket), model.parameter.low, model.parameter.high)
-            for socket in parameters(model)
-            if model.parameter
-        ]
-        self.terms: Terms = model.terms(self.view, *values)
-        self.inputs = {"Color": self.view.color, "N": self.n} | {
-            socket.name: value for socket, value in zip(parameters(model), values, strict=True)
-        }
+        self.view = View(graph, graph.clamp(graph.input(COLOR), 0.0, 1.0), mu, sine)
+        self.inputs = {"Color": self.view.color, "N": self.n}
         """What an inner group of the same model gets."""
+        value = None
+        if parameter := model.parameter:
+            value = graph.clamp(graph.input(SOCKETS[parameter.socket]), parameter.low, parameter.high)
+            self.inputs[parameter.socket] = value
+        self.terms: Terms = model.terms(self.view, value)
         self._weights: dict[Weight, Number] = {}
 
     def light(self, l: Value) -> Light:

@@ -8,9 +8,8 @@ scattered on the surface and scattered below adds up to no more than the light t
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
-from ..closures.coat import GRAZING, NORMAL_INCIDENCE, SLOPE
+from ..closures.coat import squared_cosine
 from ..closures.quality import FAST
 from ..closures.subsurface_fit import (
     BEAM,
@@ -35,7 +34,7 @@ from ..models.half_space import VAN_DE_HULST, Rational
 from ..models.medium import LONGEST
 from ..models.wolff import transmittance
 from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
-from .model_nodes import ROUGHNESS, NodeArithmetic
+from .model_nodes import ROUGHNESS
 from .rough_diffuse import MODEL, ROUGH_DIFFUSE
 
 METHOD = Socket("Method", "NodeSocketMenu", "How Cycles scatters light below the surface; EEVEE has one method", "Random Walk")
@@ -131,15 +130,8 @@ def burley(medium: Medium) -> Value:
     return medium.closure("BURLEY", medium.color, medium.edge())
 
 
-class Walks(NamedTuple):
-    """Cycles' random walks, with what they lose beside them."""
-
-    walk: Value
-    skin: Value
-    legacy: Value
-
-
-def walks(medium: Medium) -> Walks:
+def walks(medium: Medium) -> tuple[Value, Value, Value]:
+    """Return Cycles' Random Walk, Random Walk (Skin) and Random Walk (Legacy), with what they lose beside them."""
     graph, color = medium.graph, medium.color
     dark = color * graph.minimum(color * ((1.0 - DARKENING) / DARKEST) + DARKENING, 1.0)
     s = root(graph, BEAM, dark)
@@ -154,7 +146,7 @@ def walks(medium: Medium) -> Walks:
 
     skin = dark * polynomial(graph, SKIN, dark), longer / rational(graph, SKIN_SHRINKING, 3, color), lost * SKIN_LOST
     legacy = dark * polynomial(graph, LEGACY, dark), longer * (4.0 * math.pi), lost
-    return Walks(
+    return (
         walk("RANDOM_WALK", reflectance(graph, VAN_DE_HULST, s), longer, lost, ENTRY_IOR),
         walk("RANDOM_WALK_SKIN", *skin, SKIN_IOR),
         walk("RANDOM_WALK_LEGACY", *legacy, ENTRY_IOR),
@@ -187,14 +179,11 @@ def build(graph: Graph) -> dict[str, Value]:
 
 
 def coat(graph: Graph, n: Value, base: Value) -> Value:
-    """Return `base` under a coat; the formulas are those of `closures.coat`."""
+    """Return `base` under a coat, as `closures.coat.mean_fresnel` has it."""
     roughness = graph.clamp(graph.input(SPECULAR_ROUGHNESS), 0.0, 1.0)
-    alpha = roughness * roughness
     mu = graph.clamp(graph.dot(n, graph.geometry("Incoming")), 0.0, 1.0)
-    at_normal = 1.0 - alpha / (1.0 + NORMAL_INCIDENCE * alpha)
-    a, b = alpha * alpha / (GRAZING[0] + alpha * (GRAZING[1] + GRAZING[2] * alpha)), SLOPE * alpha
-    cosine = graph.maximum(graph.sqrt(a + mu * (b + mu * (at_normal - a - b))), 1e-6)
-    fresnel = 1.0 - transmittance(NodeArithmetic(graph), cosine, graph.clamp(graph.input(IOR), 1.0, 3.0))
+    cosine = graph.maximum(graph.sqrt(squared_cosine(mu, roughness)), 1e-6)
+    fresnel = 1.0 - transmittance(graph, cosine, graph.clamp(graph.input(IOR), 1.0, 3.0))
     weight = graph.clamp(graph.input(SPECULAR), 0.0, 1.0)
     return graph.mix_shader(graph.clamp(weight * fresnel, 0.0, 1.0), base, graph.glossy(roughness, n))
 

@@ -18,10 +18,10 @@ import math
 import sys
 from dataclasses import dataclass, field
 
+from true_diffuse.addon.models.fresnel import Boundary
 from true_diffuse.addon.models.geometry import azimuth, clamp, geometry
 from true_diffuse.addon.models.quadrature import gauss_legendre
 from true_diffuse.addon.models.vector import Vector
-from true_diffuse.addon.models.wolff import Boundary
 
 SLOPES = 16
 AZIMUTHS = 32
