@@ -25,8 +25,8 @@ from true_diffuse.addon.closures.subsurface_fit import (
     random_walk_legacy,
     random_walk_skin,
 )
-from true_diffuse.addon.models import plane_albedo
 from true_diffuse.addon.models.fresnel import boundary
+from true_diffuse.addon.models.half_space import plane_albedo
 from true_diffuse.addon.models.quadrature import integrate
 from true_diffuse.scripts.fit.subsurface import width, wrenninge
 from true_diffuse.scripts.studies.random_walk import exits

@@ -10,7 +10,9 @@ import pytest
 from true_diffuse.addon.closures.subsurface_fit import MU
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.presets import PICTURES, PRESETS, Preset, picture
-from true_diffuse.addon.models import MEDIA, TONES, plane_albedo
+from true_diffuse.addon.models.half_space import plane_albedo
+from true_diffuse.addon.models.medium import MEDIA
+from true_diffuse.addon.models.skin import TONES
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SUBSURFACE
 
 each = pytest.mark.parametrize("preset", PRESETS.values(), ids=PRESETS)

@@ -18,7 +18,8 @@ from true_diffuse.addon.blender.glsl import SHADERS
 from true_diffuse.addon.closures.coat import mean_fresnel
 from true_diffuse.addon.closures.subsurface_fit import edge_width
 from true_diffuse.addon.measure import render
-from true_diffuse.addon.models import EDGE_WIDTH_25_75, MODELS, Burley, Formula, directional_albedo
+from true_diffuse.addon.models import MODELS, Formula, directional_albedo
+from true_diffuse.addon.models.burley import EDGE_WIDTH_25_75, Burley
 from true_diffuse.addon.models.quadrature import gauss_legendre
 from true_diffuse.addon.models.vector import Vector, add, dot, from_polar, normalize
 from true_diffuse.scenes.sphere import sphere_under_sun

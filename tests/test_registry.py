@@ -231,7 +231,7 @@ def minnaert(tmp_path: Path) -> Iterator[ReflectanceModel]:
         formula=Minnaert,
         terms=MinnaertTerms,
         parameter=ROUGHNESS,
-        glsl=Glsl(folder=tmp_path),
+        glsl=Glsl(albedo_stem="", folder=tmp_path),
         materialx=MaterialX("lambert", roughness=0.0),
     )
     register(model)

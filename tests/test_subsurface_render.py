@@ -9,7 +9,7 @@ import bpy
 import pytest
 
 from true_diffuse.addon.blender import engines
-from true_diffuse.addon.models import Burley
+from true_diffuse.addon.models.burley import Burley
 from true_diffuse.scenes.slab import slab
 from true_diffuse.scripts.studies import searchlight
 from true_diffuse.scripts.studies import subsurface as study

@@ -24,19 +24,14 @@ def to_json(table: Mapping[str, Mapping[str, Fit]]) -> dict[str, Any]:
     }
 
 
-def from_json(document: Mapping[str, Any]) -> dict[str, dict[str, Fit]]:
-    """Return the table that `to_json` made `document` of."""
-    return {
-        lobe_set: {
-            family: Fit(
-                tuple(Lobe(*row) for row in fit["lobes"]),
-                {name: tuple(Weight(*row) for row in rows) for name, rows in fit["weights"].items()},
-            )
-            for family, fit in fits.items()
-        }
-        for lobe_set, fits in document.items()
+TABLE: Mapping[str, Mapping[str, Fit]] = {
+    lobe_set: {
+        family: Fit(
+            tuple(Lobe(*row) for row in fit["lobes"]),
+            {name: tuple(Weight(*row) for row in rows) for name, rows in fit["weights"].items()},
+        )
+        for family, fit in fits.items()
     }
-
-
-TABLE = from_json(json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8")))
+    for lobe_set, fits in json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8")).items()
+}
 """By lobe set and family, which is the name of its first function of the light."""

@@ -139,17 +139,13 @@ def read_exr(path: Path) -> dict[str, array[float]]:
     return channels
 
 
-def _interleave(channels: dict[str, array[float]], name: str, components: str) -> array[float]:
+def interleaved(channels: dict[str, array[float]], name: str = "Combined", components: str = "RGB") -> array[float]:
+    """Return a pass of a render's channels, one value for each of its `components` a pixel; by default the linear RGB."""
     planes = [next(values for key, values in channels.items() if key.endswith(f"{name}.{c}")) for c in components]
     result = array("f", bytes(4 * len(components) * len(planes[0])))
     for offset, plane in enumerate(planes):
         result[offset :: len(components)] = plane
     return result
-
-
-def interleaved(channels: dict[str, array[float]]) -> array[float]:
-    """Return the linear RGB of a render's channels, three values a pixel."""
-    return _interleave(channels, "Combined", "RGB")
 
 
 def render(scene: bpy.types.Scene, **options: bool) -> None:
@@ -182,20 +178,20 @@ def g_buffer(scene: bpy.types.Scene, plain: bpy.types.Material) -> GBuffer:
     engines.use(scene, engines.CYCLES, EDGE_SAMPLES)
     scene.cycles.filter_width = EDGE
     _, around = _render(scene)
-    mean_normal, mean_albedo = _interleave(around, "Normal", "XYZ"), _interleave(around, "Diffuse Color", "RGB")
+    mean_normal, mean_albedo = interleaved(around, "Normal", "XYZ"), interleaved(around, "Diffuse Color", "RGB")
     engines.use(scene, engines.CYCLES, 1)
     scene.cycles.filter_width = CENTER
     _, center = _render(scene)
-    albedo = _interleave(center, "Diffuse Color", "RGB")
+    albedo = interleaved(center, "Diffuse Color", "RGB")
     measurable = bytearray(len(albedo) // 3)
-    for pixel, alpha in enumerate(_interleave(around, "Combined", "A")):
+    for pixel, alpha in enumerate(interleaved(around, "Combined", "A")):
         rgb = slice(3 * pixel, 3 * pixel + 3)
         measurable[pixel] = (
             alpha >= MIN_ALPHA
             and math.hypot(*mean_normal[rgb]) >= MIN_NORMAL
             and math.dist(mean_albedo[rgb], albedo[rgb]) <= MAX_ALBEDO_CHANGE
         )
-    return GBuffer(_interleave(center, "Normal", "XYZ"), _interleave(center, "Position", "XYZ"), albedo, measurable)
+    return GBuffer(interleaved(center, "Normal", "XYZ"), interleaved(center, "Position", "XYZ"), albedo, measurable)
 
 
 def radiance(scene: bpy.types.Scene, engine: engines.Engine, samples: int, seed: int = 0) -> tuple[float, array[float]]:
@@ -226,7 +222,7 @@ def mean_albedo(scene: bpy.types.Scene, samples: int) -> array[float]:
     layer.use_pass_diffuse_color = True
     _, channels = _render(scene)
     layer.use_pass_diffuse_color = False
-    return _interleave(channels, "Diffuse Color", "R")
+    return interleaved(channels, "Diffuse Color", "R")
 
 
 def light_of(sun: bpy.types.Object) -> Light:

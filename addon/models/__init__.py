@@ -19,11 +19,11 @@ parameter outside its range is clamped to it, and NaN counts as the lowest value
 A module of this package that has a `MODEL`, a `ReflectanceModel`, is registered in MODELS: all but Specular, which is a node group
 of its own.
 
-Subsurface scattering has its own terms, as light comes out elsewhere than it went in; lengths in mm, coefficients in mm^-1:
+Subsurface scattering has its own modules, as light comes out elsewhere than it went in; lengths in mm, coefficients in mm^-1:
 
-    Channel, Medium, MEDIA, TONES   coefficients and the lengths that follow; twelve measured media; tones of skin
-    StandardDipole, Burley          profiles over the distance r, and what they integrate to
-    diffuse_albedo, plane_albedo    what a half-space reflects, exactly; single_scattering_albedo is the way back
+    medium, skin     coefficients and the lengths that follow; twelve measured media; tones of skin
+    dipole, burley   profiles over the distance r, and what they integrate to
+    half_space       what a half-space reflects, exactly, and the way back
 
 Paper: S. Kim and M. Lee, "Surface Model and Scattering Analysis for Realistic Game Character" (2021).
 """
@@ -32,31 +32,16 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 from .blinn_phong import Specular
-from .burley import EDGE_WIDTH_10_90, EDGE_WIDTH_25_75, Burley, diffuse_mfp, searchlight_dmfp, searchlight_mfp
 from .cycles_diffuse import CyclesDiffuse
-from .dipole import StandardDipole
 from .eon import Eon
 from .fujii import Fujii
-from .half_space import (
-    diffuse_albedo,
-    diffuse_albedo_fit,
-    plane_albedo,
-    single_diffuse_albedo,
-    single_plane_albedo,
-    single_scattering_albedo,
-    single_scattering_albedo_fit,
-    van_de_hulst,
-    van_de_hulst_inverse,
-)
 from .lambert import Lambert
-from .medium import MEDIA, Channel
 from .oren_nayar import OrenNayar
 from .oren_nayar_1994 import OrenNayar1994
 from .pitted import Pitted
 from .protocol import Formula, Model
 from .quadrature import average_albedo, directional_albedo
 from .registry import MODELS, ReflectanceModel, by_formula, by_label, by_number, register, unregister
-from .skin import TONES, Skin
 from .wolff import Wolff
 
 for _module in iter_modules(__path__):

@@ -36,11 +36,6 @@ def diffuse_mfp(albedo: float) -> float:
     return DIFFUSE_MAP[0] - a + DIFFUSE_MAP[1] * (a - DIFFUSE_MAP[2]) ** 2
 
 
-def searchlight_dmfp(albedo: float) -> float:
-    """Return s for l = diffuse mean free path and a beam along the normal, equation (8); `albedo` A is clamped to [0, 1]."""
-    return 3.5 + 100.0 * (clamp(albedo, 0.0, 1.0) - 0.33) ** 4
-
-
 @dataclass(frozen=True)
 class Burley:
     """The normalized profile of the distance `d` [mm], clamped to [1e-6, 1e6], NaN to 1e-6."""

@@ -11,7 +11,7 @@ from functools import cached_property
 from .eon import Eon, EonTerms
 from .fujii import SHAPE
 from .geometry import Geometry
-from .registry import ROUGHNESS, CyclesClosures, Glsl, MaterialX, Osl, ReflectanceModel
+from .registry import ROUGHNESS, CyclesClosures, MaterialX, Osl, ReflectanceModel
 from .terms import Number
 
 
@@ -47,7 +47,6 @@ MODEL = ReflectanceModel(
     terms=CyclesDiffuseTerms,
     parameter=ROUGHNESS,
     functions=(SHAPE,),
-    glsl=Glsl(albedo_stem="directional_albedo"),
     osl=Osl.EXACT,
     cycles=CyclesClosures.DIFFUSE,
     materialx=MaterialX("eon"),

@@ -13,7 +13,7 @@ from functools import cached_property
 
 from .fujii import K1, K2, SHAPE, Fujii, FujiiTerms, energy_deficit
 from .geometry import Geometry
-from .registry import ROUGHNESS, CyclesClosures, Glsl, MaterialX, Osl, ReflectanceModel
+from .registry import ROUGHNESS, CyclesClosures, MaterialX, Osl, ReflectanceModel
 from .terms import FLOATS, Expansion, Light, Number
 
 
@@ -74,7 +74,6 @@ MODEL = ReflectanceModel(
     terms=EonTerms,
     parameter=ROUGHNESS,
     functions=(SHAPE,),
-    glsl=Glsl(albedo_stem="directional_albedo"),
     osl=Osl.EXACT,
     cycles=CyclesClosures.DIFFUSE_PER_CHANNEL,
     materialx=MaterialX("eon"),

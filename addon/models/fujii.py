@@ -14,7 +14,7 @@ from functools import cached_property
 
 from .geometry import Geometry, clamp
 from .protocol import Formula
-from .registry import ROUGHNESS, CyclesClosures, Glsl, MaterialX, Osl, ReflectanceModel
+from .registry import ROUGHNESS, CyclesClosures, MaterialX, Osl, ReflectanceModel
 from .terms import Arithmetic, Expansion, Light, LightFunction, Number, SingleLightTerms
 from .vector import Vector
 
@@ -112,7 +112,6 @@ MODEL = ReflectanceModel(
     terms=FujiiTerms,
     parameter=ROUGHNESS,
     functions=(SHAPE,),
-    glsl=Glsl(albedo_stem="directional_albedo"),
     osl=Osl.EXACT,
     cycles=CyclesClosures.SINGLE_SCATTERING,
     materialx=MaterialX("eon"),

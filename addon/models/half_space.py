@@ -155,8 +155,3 @@ def single_plane_albedo(albedo: float, mu: float) -> float:
     mu = clamp(mu, 0.0, 1.0)
     kept = mu * (math.log1p(mu) - math.log(mu)) if mu > 0.0 else 0.0
     return 0.5 * clamp(albedo, 0.0, 1.0) * (1.0 - kept)
-
-
-def single_diffuse_albedo(albedo: float) -> float:
-    """Return the share of light from everywhere that is scattered exactly once and leaves: (2 alpha / 3)(1 - ln 2)."""
-    return clamp(albedo, 0.0, 1.0) * 2.0 / 3.0 * (1.0 - LN_2)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from .geometry import Geometry
 from .protocol import Formula
-from .registry import CyclesClosures, MaterialX, Osl, ReflectanceModel
+from .registry import CyclesClosures, Glsl, MaterialX, Osl, ReflectanceModel
 from .terms import Expansion, Terms
 
 
@@ -36,6 +36,7 @@ MODEL = ReflectanceModel(
     description="Ideal diffuse reflection: the same brightness from every view",
     formula=Lambert,
     terms=LambertTerms,
+    glsl=Glsl(albedo_stem=""),
     osl=Osl.EXACT,
     cycles=CyclesClosures.DIFFUSE,
     materialx=MaterialX("lambert", roughness=0.0),

@@ -17,7 +17,7 @@ from functools import cached_property
 from .fujii import K1, K2, energy_deficit
 from .geometry import Geometry, clamp
 from .protocol import Formula
-from .registry import SIGMA, Glsl, MaterialX, Osl, ReflectanceModel
+from .registry import SIGMA, MaterialX, Osl, ReflectanceModel
 from .terms import Expansion, Light, LightFunction, Number, SingleLightTerms
 from .vector import Vector, dot, normalize
 
@@ -130,7 +130,6 @@ MODEL = ReflectanceModel(
     terms=OrenNayarTerms,
     parameter=SIGMA,
     functions=(RAMP,),
-    glsl=Glsl(albedo_stem="directional_albedo"),
     osl=Osl.EXACT_TOWARDS_VIEWER,
     materialx=MaterialX("oren_nayar"),
 )

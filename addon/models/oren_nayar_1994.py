@@ -18,7 +18,7 @@ from functools import cached_property
 from .geometry import Geometry, azimuth
 from .oren_nayar import OrenNayar, OrenNayarTerms
 from .quadrature import average_albedo
-from .registry import SIGMA, Glsl, MaterialX, Osl, ReflectanceModel
+from .registry import SIGMA, MaterialX, Osl, ReflectanceModel
 from .terms import SMALLEST_DIVISOR, Expansion, Light, LightFunction, Number, relative_radiance
 from .vector import Vector
 
@@ -133,7 +133,6 @@ MODEL = ReflectanceModel(
     terms=OrenNayar1994Terms,
     parameter=SIGMA,
     functions=(FACETS, INTERREFLECTION),
-    glsl=Glsl(albedo_stem="directional_albedo"),
     osl=Osl.FITTED,
     materialx=MaterialX("oren_nayar"),
 )

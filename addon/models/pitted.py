@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 from .geometry import Geometry, azimuth
 from .protocol import Formula
-from .registry import Glsl, MaterialX, Osl, ReflectanceModel
+from .registry import MaterialX, Osl, ReflectanceModel
 from .terms import Expansion, LightFunction, Terms, relative_radiance
 from .vector import Vector
 
@@ -102,7 +102,6 @@ MODEL = ReflectanceModel(
     formula=Pitted,
     terms=PittedTerms,
     functions=(ONCE,),
-    glsl=Glsl(albedo_stem="directional_albedo"),
     osl=Osl.FITTED,
     materialx=MaterialX("eon", roughness=1.0),
 )

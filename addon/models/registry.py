@@ -63,7 +63,7 @@ class Osl(StrEnum):
 class Glsl:
     """shaders/STEM.glsl, STEM being the model's id, with STEM_surface, STEM_radiance and, for a parameter, STEM_coefficients."""
 
-    albedo_stem: str = ""
+    albedo_stem: str = "directional_albedo"
     """The file that has STEM_albedo; empty for the model's own."""
     folder: Path | None = None
     """Where the model's own file lies, if not in shaders/."""

@@ -16,9 +16,9 @@ from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 from .protocol import Model
+from .quadrature import NORMAL
 from .vector import Vector, from_polar
 
-NORMAL: Vector = (0.0, 0.0, 1.0)
 SMALLEST_DIVISOR = 1e-6  # sockets have 32-bit floats
 
 type Number = Any  # a float, or a socket that calculates with + - * / and **: a number, or one for each color channel

@@ -94,11 +94,6 @@ class Measurement(NamedTuple):
     lambert_seconds: float
 
     @property
-    def ratio(self) -> float:
-        """The render time divided by that of Lambert."""
-        return self.seconds / self.lambert_seconds
-
-    @property
     def notes(self) -> tuple[str, ...]:
         """Messages about what the measurement ignored."""
         linked = [name for name in self.summary.inputs if name in self.summary.linked and name != "Normal"]
@@ -112,8 +107,7 @@ class Measurement(NamedTuple):
     @property
     def variant(self) -> str:
         """The engine, with the quality or method, or OSL."""
-        variant = self.summary.variant(self.setup.engine, self.setup.osl)
-        return f"{self.setup.engine.label}, {variant}" if variant else self.setup.engine.label
+        return ", ".join(filter(None, (self.setup.engine.label, self.summary.variant(self.setup.engine, self.setup.osl))))
 
     @property
     def error(self) -> str:
@@ -124,7 +118,7 @@ class Measurement(NamedTuple):
     @property
     def cost(self) -> str:
         """The relative time as text."""
-        return f"{self.ratio:.2f} times Lambert's time"
+        return f"{self.seconds / self.lambert_seconds:.2f} times Lambert's time"
 
     def text(self) -> str:
         """Return the measurement as one line."""
@@ -194,9 +188,8 @@ def _sphere_errors(
     errors = []
     for degrees in LIGHT_DEGREES:
         with progress.step(f"Light at {degrees:g} degrees", 1.0):
-            errors.append(
-                sphere.measure(material, (summary.model,), setup.engine_on_device, SAMPLES[setup.engine], degrees)[1][0].rms
-            )
+            _, (error,) = sphere.measure(material, (summary.model,), setup.engine_on_device, SAMPLES[setup.engine], degrees)
+        errors.append(error.rms)
     return errors
 
 
@@ -268,12 +261,8 @@ def _temporary_scene() -> Generator[bpy.types.Scene]:
     try:
         yield bpy.data.scenes.new("True Diffuse Probe")
     finally:
-        bpy.data.batch_remove([item for item in bpy.data.user_map() if item not in before and not _is_render_result(item)])
-
-
-def _is_render_result(item: bpy.types.ID) -> bool:
-    """Return whether `item` is the image that Blender keeps renders in."""
-    return isinstance(item, bpy.types.Image) and item.type == "RENDER_RESULT"
+        kept = {image for image in bpy.data.images if image.type == "RENDER_RESULT"}  # where Blender keeps renders
+        bpy.data.batch_remove(set(bpy.data.user_map()) - before - kept)
 
 
 def _gpu() -> str:

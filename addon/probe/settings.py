@@ -25,7 +25,10 @@ def choose_all(scene: bpy.types.Scene, report: Mapping[str, Any], tolerance: flo
     `tolerance` is a fraction, 0.01 for 1 %.
     """
     choices, problems = {}, []
-    for material, summary in _in_use(scene):
+    for material in materials_of(scene):
+        summary = material_summary(material)
+        if summary is None or summary.group == SPECULAR_GROUP.key:  # of which no report has curves
+            continue
         try:
             choices[material] = _choice(scene, report, summary, tolerance)
         except ToleranceError as error:
@@ -44,12 +47,6 @@ def apply(scene: bpy.types.Scene, choices: Choices) -> tuple[int, list[str]]:
     else:
         scene.cycles.samples, scene.cycles.use_adaptive_sampling = samples, False  # as in the report
     return samples, [material.name for material, choice in choices.items() if not _set_quality(material, choice)]
-
-
-def _in_use(scene: bpy.types.Scene) -> list[tuple[bpy.types.Material, MaterialSummary]]:
-    """Return the True Diffuse materials of `scene` of which a report has curves: all but Standard Specular."""
-    summaries = ((material, material_summary(material)) for material in materials_of(scene))
-    return [(material, summary) for material, summary in summaries if summary and summary.group != SPECULAR_GROUP.key]
 
 
 def _choice(scene: bpy.types.Scene, report: Mapping[str, Any], summary: MaterialSummary, tolerance: float) -> Choice:

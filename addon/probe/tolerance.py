@@ -85,8 +85,21 @@ def choose(
     `scene` is that of the report; `osl` whether OSL is used, None for either; `excluded` are qualities not to choose. No more
     samples are chosen than were measured. Raises ToleranceError where the report has no such model or nothing meets the tolerance.
     """
-    curves = _curves(report, scene, engine, model, roughness, group, osl, excluded)
-    variants = [_Variant(curve, _exact(report, curve)) for curve in curves]
+    ours = [c for c in report["curves"] if c["scene"] == scene and c["engine"] == engine and c["kind"] == "ours"]
+    known = [curve for curve in ours if curve["group"] == group and curve["model"] == model]
+    if not known:
+        names = ", ".join(dict.fromkeys(str(curve["model"]) for curve in ours)) or "nothing"
+        raise ToleranceError(f"The report has no {model} in {LABELS[engine]}, scene {scene}: it has {names}")
+    measured = {curve["sigma"] for curve in known if curve["sigma"] is not None}
+    if measured:
+        above = [sigma for sigma in measured if sigma >= roughness - 1e-6]
+        if not above:
+            raise ToleranceError(f"The report has {model} up to a roughness of {max(measured):g}, not {roughness:.3g}")
+        known = [curve for curve in known if curve["sigma"] in (None, min(above))]
+    allowed = [curve for curve in known if curve["quality"] not in excluded and osl in (None, bool(curve["osl"]))]
+    if not allowed:
+        raise ToleranceError(f"The report has {model} in {LABELS[engine]} only with qualities that are excluded")
+    variants = [_Variant(curve, _exact(report, curve)) for curve in allowed]
     choices = [choice for variant in variants if (choice := variant.fastest(tolerance))]
     if not choices:
         best = min((variant.most_accurate() for variant in variants), key=lambda choice: choice.expected_error)
@@ -108,35 +121,6 @@ def parse_percent(text: str) -> float:
     if not 0.0 < value <= 100.0:
         raise ValueError(f"{text!r} is not above 0 and up to 100 %")
     return value / 100.0
-
-
-def _curves(
-    report: Mapping[str, Any],
-    scene: str,
-    engine: str,
-    model: str,
-    roughness: float,
-    group: str,
-    osl: bool | None,
-    excluded: Collection[str],
-) -> list[Curve]:
-    """Return the curves to choose from, at least one; raises ToleranceError where the report has none."""
-    here = [curve for curve in report["curves"] if curve["scene"] == scene and curve["engine"] == engine]
-    ours = [curve for curve in here if curve["kind"] == "ours"]
-    known = [curve for curve in ours if curve["group"] == group and curve["model"] == model]
-    if not known:
-        names = ", ".join(dict.fromkeys(str(curve["model"]) for curve in ours)) or "nothing"
-        raise ToleranceError(f"The report has no {model} in {LABELS[engine]}, scene {scene}: it has {names}")
-    measured = {curve["sigma"] for curve in known if curve["sigma"] is not None}
-    if measured:
-        above = [sigma for sigma in measured if sigma >= roughness - 1e-6]
-        if not above:
-            raise ToleranceError(f"The report has {model} up to a roughness of {max(measured):g}, not {roughness:.3g}")
-        known = [curve for curve in known if curve["sigma"] in (None, min(above))]
-    allowed = [curve for curve in known if curve["quality"] not in excluded and osl in (None, bool(curve["osl"]))]
-    if not allowed:
-        raise ToleranceError(f"The report has {model} in {LABELS[engine]} only with qualities that are excluded")
-    return allowed
 
 
 def _exact(report: Mapping[str, Any], curve: Curve) -> Curve:

@@ -54,9 +54,5 @@ def glsl_model(model: ReflectanceModel) -> GlslModel:
     return _model(model.id, model.glsl.albedo_stem, lambda inputs: model.reference(inputs).constants, *filter(None, [shape]))
 
 
-def _specular(inputs: Numbers) -> Constants:
-    return inputs["Specular"], inputs["Exponent"]
-
-
 LAMBERT = glsl_model(MODELS["lambert"])
-SPECULAR = _model("blinn_phong", "directional_albedo", _specular, "x", "y")
+SPECULAR = _model("blinn_phong", "directional_albedo", lambda inputs: (inputs["Specular"], inputs["Exponent"]), "x", "y")

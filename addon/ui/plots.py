@@ -145,7 +145,7 @@ def profile(summary: "MaterialSummary") -> Canvas:
 def _profiles(summary: "MaterialSummary") -> list:
     """Return the profile of each channel: what a random walk gives, as `closures/subsurface_fit.py` says."""
     from ..closures.subsurface_fit import edge_width
-    from ..models import EDGE_WIDTH_25_75, Burley
+    from ..models.burley import EDGE_WIDTH_25_75, Burley
 
     lengths, scale = summary.rgb("Subsurface Radius"), summary.number("Scale")
     colors = summary.rgb("Color")

@@ -1,17 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writes networks and values into a USD material, and reads the values back. Needs pxr."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 
 from pxr import Gf, Sdf, Usd, UsdMtlx, UsdShade, Vt
 
-from ..material.surface import Attribute, Image, Setting, Source, Surface
+from ..material.surface import Attribute, Image, Source, Surface
 from .materialx import VERSION
 from .network import Constant, Network
 
 KEY = "trueDiffuse"  # of a material's custom data
-RENDER_CONTEXT = "mtlx"
 VECTORS = {
     "color3f": Gf.Vec3f,
     "color4f": Gf.Vec4f,
@@ -24,7 +23,7 @@ VECTORS = {
 
 def write(material: UsdShade.Material, preview: Network, materialx: Network) -> None:
     """Make the two networks the surfaces of `material`, and remove shaders that no output uses any more."""
-    surface, mtlx = material.CreateSurfaceOutput(), material.CreateSurfaceOutput(RENDER_CONTEXT)
+    surface, mtlx = material.CreateSurfaceOutput(), material.CreateSurfaceOutput("mtlx")
     for output in (surface, mtlx):
         output.ClearSources()
     _remove_unused(material)
@@ -46,9 +45,9 @@ def _shaders(material: UsdShade.Material, network: Network) -> None:
     for name, shader in network.shaders.items():
         prim = UsdShade.Shader.Define(stage, _path(material, name))
         prim.CreateIdAttr(shader.identifier)
-        prim.CreateOutput(shader.output.name, _type(shader.output.type))
+        prim.CreateOutput(shader.output.name, Sdf.ValueTypeNames.Find(shader.output.type))
         for socket, value in shader.inputs.items():
-            target = prim.CreateInput(socket, _type(value.type))
+            target = prim.CreateInput(socket, Sdf.ValueTypeNames.Find(value.type))
             if isinstance(value, Constant):
                 _set(target, value)
             else:
@@ -56,18 +55,11 @@ def _shaders(material: UsdShade.Material, network: Network) -> None:
                 target.ConnectToSource(source.GetOutput(value.name))
 
 
-def _type(name: str) -> Sdf.ValueTypeName:
-    return Sdf.ValueTypeNames.Find(name)
-
-
 def _set(target: UsdShade.Input, constant: Constant) -> None:
-    value_type = VECTORS.get(constant.type)
-    if value_type is None:
-        target.Set(constant.value)
-    elif isinstance(constant.value, tuple):
-        target.Set(value_type(*constant.value))
-    else:
-        target.Set(value_type(constant.value))
+    value, value_type = constant.value, VECTORS.get(constant.type)
+    if value_type:
+        value = value_type(*value) if isinstance(value, tuple) else value_type(value)
+    target.Set(value)
     if constant.color_space:
         target.GetAttr().SetColorSpace(constant.color_space)
 
@@ -95,18 +87,15 @@ def write_custom_data(prim: Usd.Prim, surface: Surface, unsupported: list[str]) 
     data: dict[str, object] = {
         "group": surface.group,
         "version": surface.version,
-        "inputs": {name: _to_usd(value) for name, value in surface.inputs.items()},
+        "inputs": {
+            name: {3: Gf.Vec3d, 4: Gf.Vec4d}[len(value)](*value) if isinstance(value, tuple) else value
+            for name, value in surface.inputs.items()
+        },
         "fed": {name: _source_to_usd(source) for name, source in surface.linked.items()},  # the key of version 0.1.0
     }
     if unsupported:
         data["notCarried"] = Vt.StringArray(unsupported)
     prim.SetCustomDataByKey(KEY, data)
-
-
-def _to_usd(value: Setting) -> object:
-    if isinstance(value, tuple):
-        return {3: Gf.Vec3d, 4: Gf.Vec4d}[len(value)](*value)
-    return value
 
 
 def _source_to_usd(source: Source) -> dict[str, object]:
@@ -124,13 +113,9 @@ def read_custom_data(material: UsdShade.Material) -> Surface | None:
     data = material.GetPrim().GetCustomDataByKey(KEY)
     if data is None:
         return None
-    inputs = {name: _from_usd(value) for name, value in data["inputs"].items()}
+    inputs = {name: value if isinstance(value, (str, int, float)) else tuple(value) for name, value in data["inputs"].items()}
     linked = {name: _source_from_usd(material, name, values) for name, values in data.get("fed", {}).items()}
     return Surface(str(data["group"]), int(data["version"]), inputs, linked)
-
-
-def _from_usd(value: str | float | Sequence[float]) -> Setting:
-    return value if isinstance(value, (str, int, float)) else tuple(value)
 
 
 def _source_from_usd(material: UsdShade.Material, socket: str, values: Mapping[str, float | str]) -> Source:

@@ -52,7 +52,10 @@ class TRUE_DIFFUSE_USD_hook(bpy.types.USDHook):
 
     @staticmethod
     def on_export(context: SceneExport) -> bool:
-        return _guarded("materials with equal names", lambda: separate_materials(context.get_stage(), context.get_prim_map()))
+        from .names import separate
+
+        write = partial(export_material, _no_texture)
+        return _guarded("materials with equal names", lambda: separate(context.get_stage(), context.get_prim_map(), write))
 
     @staticmethod
     def material_import_poll(_context: MaterialImport, usd_material: "UsdShade.Material") -> bool:
@@ -114,13 +117,6 @@ def _file(stage: "Usd.Stage", image: bpy.types.Image, export_texture: Callable[[
     if not path or not Path(stage.GetRootLayer().ComputeAbsolutePath(path)).is_file():
         raise UnsupportedInput(f"the missing image {image.name}")
     return path
-
-
-def separate_materials(stage: "Usd.Stage", written: Mapping["Sdf.Path", Sequence[bpy.types.ID]]) -> bool:
-    """Separate materials whose names are equal in USD; `written` are the data-blocks that Blender wrote, by prim."""
-    from . import names
-
-    return names.separate(stage, written, partial(export_material, _no_texture))
 
 
 def _no_texture(image: bpy.types.Image) -> str:

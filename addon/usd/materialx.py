@@ -40,10 +40,6 @@ def network(surface: Surface, millimeter: float) -> Network:
     return builder.network
 
 
-def _rgb(value: float) -> Constant:
-    return Constant(COLOR, (value, value, value))
-
-
 class _Builder:
     def __init__(self, surface: Surface) -> None:
         self.surface = surface
@@ -52,14 +48,19 @@ class _Builder:
     def rough(self) -> Output:
         surface = self.surface
         nearest = Nearest(surface.choice("Model"), surface.inputs)
-        roughness = Constant(FLOAT, nearest.roughness)
+        fixed = Constant(FLOAT, nearest.roughness)
+        roughness = self.number("Roughness", lambda _: nearest.roughness) if nearest.has_own_roughness else fixed
+        return self.diffuse(nearest.color, roughness, nearest.compensated)
+
+    def diffuse(self, color: Callable[[float], float], roughness: Input, compensated: bool) -> Output:
+        """Return Oren-Nayar's closure in the `color` made of each channel of the surface's Color."""
         return self.network.add(
             "diffuse",
             "ND_oren_nayar_diffuse_bsdf",
             TOKEN,
-            color=self.color("Color", nearest.color),
-            roughness=self.number("Roughness", lambda _: nearest.roughness) if nearest.has_own_roughness else roughness,
-            energy_compensation=Constant(BOOL, nearest.compensated),
+            color=self.color("Color", color),
+            roughness=roughness,
+            energy_compensation=Constant(BOOL, compensated),
         )
 
     def subsurface(self, millimeter: float) -> Output:
@@ -69,7 +70,7 @@ class _Builder:
             "subsurface",
             "ND_subsurface_bsdf",
             TOKEN,
-            color=self.color("Color", lambda rho: clamp(rho, 0.0, 1.0)),
+            color=self.color("Color", _unit),
             radius=self.color("Subsurface Radius", lambda length: scale * max(length, 0.0)),
         )
         base = add("base", "ND_mix_bsdf", TOKEN, fg=scattered, bg=self.rough(), mix=self.number("Subsurface", _unit))
@@ -84,26 +85,18 @@ class _Builder:
         return add("layers", "ND_layer_bsdf", TOKEN, top=coat, base=base)
 
     def specular(self) -> Output:
-        surface, add = self.surface, self.network.add
-        diffuse = add(
-            "diffuse",
-            "ND_oren_nayar_diffuse_bsdf",
-            TOKEN,
-            color=self.color("Color", _unit),
-            roughness=Constant(FLOAT, 0.0),
-            energy_compensation=Constant(BOOL, False),
-        )
-        height, alpha = highlight(surface)
-        lobe = add(
+        height, alpha = highlight(self.surface)
+        diffuse = self.diffuse(_unit, Constant(FLOAT, 0.0), False)
+        lobe = self.network.add(
             "highlight",
             "ND_generalized_schlick_bsdf",
             TOKEN,
-            color0=_rgb(height),
-            color90=_rgb(0.0),
+            color0=Constant(COLOR, (height,) * 3),
+            color90=Constant(COLOR, (0.0,) * 3),
             exponent=Constant(FLOAT, 1.0),
             roughness=Constant(VECTOR2, (alpha, alpha)),
         )
-        return add("sum", "ND_add_bsdf", TOKEN, in1=diffuse, in2=lobe)
+        return self.network.add("sum", "ND_add_bsdf", TOKEN, in1=diffuse, in2=lobe)
 
     def color(self, socket: str, function: Callable[[float], float]) -> Input:
         """Return `function` of each channel of a color or vector input; of an image or attribute, times `texture_factor`."""

@@ -12,7 +12,9 @@ from statistics import fmean
 from true_diffuse.addon.blender.engines import EEVEE, Engine
 from true_diffuse.addon.closures import subsurface_fit
 from true_diffuse.addon.measure.record import Progress, Record
-from true_diffuse.addon.models import EDGE_WIDTH_25_75, Burley, Channel, StandardDipole
+from true_diffuse.addon.models.burley import EDGE_WIDTH_25_75, Burley
+from true_diffuse.addon.models.dipole import StandardDipole
+from true_diffuse.addon.models.medium import Channel
 from true_diffuse.addon.models.quadrature import integrate
 from true_diffuse.scenes.slab import slab
 from true_diffuse.scripts.studies.subsurface import HALF_SPACE, METHODS, Method, material

@@ -16,7 +16,9 @@ from true_diffuse.addon.blender.engines import CYCLES, EEVEE, Engine
 from true_diffuse.addon.closures import subsurface_fit
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure.record import Progress, Record
-from true_diffuse.addon.models import EDGE_WIDTH_25_75, MEDIA, Burley, plane_albedo
+from true_diffuse.addon.models.burley import EDGE_WIDTH_25_75, Burley
+from true_diffuse.addon.models.half_space import plane_albedo
+from true_diffuse.addon.models.medium import MEDIA
 from true_diffuse.addon.nodes import SUBSURFACE
 from true_diffuse.scenes.elements import uniform_world
 from true_diffuse.scenes.slab import Mean, slab
