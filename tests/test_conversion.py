@@ -14,16 +14,11 @@ from true_diffuse.addon.closures.subsurface_fit import (
     DARKEST,
     LEAST_ALPHA,
     MU,
-    SCREEN,
     SKIN_IOR,
     H,
-    burley,
     edge_width,
-    eevee,
+    fed,
     lost,
-    random_walk,
-    random_walk_legacy,
-    random_walk_skin,
 )
 from true_diffuse.addon.models.fresnel import boundary
 from true_diffuse.addon.models.half_space import plane_albedo
@@ -32,7 +27,7 @@ from true_diffuse.scripts.fit.subsurface import width, wrenninge
 from true_diffuse.scripts.studies.random_walk import exits
 
 COLORS = (0.005, 0.02, 0.05, 0.1, 0.3, 0.5, 0.7, 0.85, 0.95, 0.99)
-WALKS = (random_walk, random_walk_legacy, random_walk_skin)
+WALKS = ("RANDOM_WALK", "RANDOM_WALK_LEGACY", "RANDOM_WALK_SKIN")
 anything = st.floats(allow_nan=True, allow_infinity=True)
 
 
@@ -55,13 +50,13 @@ def test_beam_is_within_its_stated_error(s: float) -> None:
 @pytest.mark.parametrize("color", COLORS)
 def test_random_walk_returns_the_color(color: float) -> None:
     # 5e-5 of the fit, and what Cycles' rounded constants make of it; near black `darkened` is a line for a slight curve
-    assert reflected(openpbr(random_walk(color).color)) == pytest.approx(color, rel=0.006 if color < DARKEST else 5e-4)
+    assert reflected(openpbr(fed("RANDOM_WALK", color).color)) == pytest.approx(color, rel=0.006 if color < DARKEST else 5e-4)
 
 
 @pytest.mark.parametrize("color", COLORS)
 def test_legacy_random_walk_returns_the_color(color: float) -> None:
     # 0.15 % of the fit to the color, near black 0.6 % as above, near white alpha is ever steeper in it
-    got = reflected(min(0.999999, wrenninge(random_walk_legacy(color).color)))
+    got = reflected(min(0.999999, wrenninge(fed("RANDOM_WALK_LEGACY", color).color)))
     assert got == pytest.approx(color, rel=0.012 if color < DARKEST or color > 0.95 else 0.005)
 
 
@@ -86,28 +81,24 @@ def test_edge_widens_with_the_color() -> None:
     assert all(low < high for low, high in pairwise(edge_width(k / 100) for k in range(101)))
 
 
-@pytest.mark.parametrize("feed", [*WALKS, burley])
-def test_fed_color_rises(feed) -> None:
+@pytest.mark.parametrize("method", [*WALKS, "BURLEY"])
+def test_fed_color_rises(method: str) -> None:
     # to 0.98, where the older walks' own curve ends
-    assert all(low < high for low, high in pairwise(feed(k / 50).color for k in range(50)))
+    assert all(low < high for low, high in pairwise(fed(method, k / 50).color for k in range(50)))
 
 
-@pytest.mark.parametrize("feed", WALKS)
-def test_fed_colors_add_up_to_no_more_than_all(feed) -> None:
-    assert all(0.0 <= feed(k / 100).rest <= 0.103 for k in range(101))
-    assert feed(0.5).rest < 1e-6
+@pytest.mark.parametrize("method", WALKS)
+def test_fed_colors_add_up_to_no_more_than_all(method: str) -> None:
+    assert all(0.0 <= fed(method, k / 100).rest <= 0.103 for k in range(101))
+    assert fed(method, 0.5).rest < 1e-6
 
 
-@given(color=anything, brightest=anything)
-def test_fed_numbers_are_sane_for_anything(color: float, brightest: float) -> None:
-    for fed in (*(feed(color) for feed in (*WALKS, burley)), eevee(color, brightest)):
-        assert 0.0 <= fed.color <= 1.0 and 0.0 <= fed.rest <= 1.0
-        assert 0.0 < fed.radius < 1e4
-
-
-def test_eevee_is_fed_as_burley_where_its_map_is_1() -> None:
-    # eq. (6) at A = 1: s = 1.9 - 1 + 3.5 * 0.04
-    assert eevee(0.5, 0.5).radius == pytest.approx(burley(0.5).radius * SCREEN * 1.04)
+@pytest.mark.parametrize("method", [*WALKS, "BURLEY"])
+@given(color=anything)
+def test_fed_numbers_are_sane_for_anything(method: str, color: float) -> None:
+    got = fed(method, color)
+    assert 0.0 <= got.color <= 1.0 and 0.0 <= got.rest <= 1.0
+    assert 0.0 < got.radius < 1e4
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.1, 0.5, 1.0])

@@ -25,9 +25,10 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ..models.burley import EDGE_WIDTH_25_75, diffuse_mfp
+from ..models.burley import EDGE_WIDTH_25_75
 from ..models.geometry import clamp
 from ..models.half_space import VAN_DE_HULST, Rational
+from ..models.terms import FLOATS, Arithmetic, Number, polynomial
 
 IOR, SKIN_IOR = 3.8, 1.4  # of the closure, to bend what enters; not of the surface
 MU = 0.988  # mean cosine inside at IOR, over all views
@@ -49,23 +50,19 @@ LONGER = (1.0, 4.0, 12.0)  # in the share of the color that is lost
 
 
 class Fed(NamedTuple):
-    """One channel of a Subsurface closure, and of a Lambert closure beside it."""
+    """What a Subsurface closure is fed, and a Lambert closure beside it: one channel, or all as sockets."""
 
-    color: float
-    radius: float
+    color: Number
+    radius: Number
     """In mean free paths of the medium."""
-    rest: float
+    rest: Number
     """Color of the Lambert closure."""
 
 
-def rational(coefficients: Sequence[float], above: int, x: float) -> float:
+def rational(coefficients: Sequence[float], above: int, x: Number, ops: Arithmetic = FLOATS) -> Number:
     """Return (n_0 + n_1 x + ...) / (1 + d_1 x + ...), given the `above` numbers of the numerator and those of the denominator."""
-    numerator = denominator = 0.0
-    for coefficient in reversed(coefficients[:above]):
-        numerator = numerator * x + coefficient
-    for coefficient in reversed(coefficients[above:]):
-        denominator = (denominator + coefficient) * x
-    return numerator / (1.0 + denominator)
+    numerator = polynomial(ops, coefficients[:above], x)
+    return numerator / polynomial(ops, (1.0, *coefficients[above:]), x) if coefficients[above:] else numerator
 
 
 def edge_width(color: float) -> float:
@@ -73,61 +70,43 @@ def edge_width(color: float) -> float:
     return rational(WIDTH, 3, clamp(color, 0.0, 1.0))
 
 
-def darkened(color: float) -> float:
+def darkened(color: Number, ops: Arithmetic = FLOATS) -> Number:
     """Return `color` in [0, 1], less where Cycles scales what it reflects at LEAST_ALPHA, which is more than a medium reflects."""
-    return color * min(1.0, DARKENING + (1.0 - DARKENING) * color / DARKEST)
+    return color * ops.minimum(color * ((1.0 - DARKENING) / DARKEST) + DARKENING, 1.0)
 
 
-def lost(s: float) -> float:
+def lost(s: Number, ops: Arithmetic = FLOATS) -> Number:
     """Return the share of light that a walk would bring back after its last step, for alpha = 1 - s^2.
 
     H / sqrt(pi n) [e^(-t^2) - sqrt(pi) t erfc(t)], t = s sqrt(n): the tail of the orders n^(-3/2) that H s begins. The bracket is
     e^(-t^2) / (1 + sqrt(pi) t + 1.3 t^2) to 0.003.
     """
     t = s * math.sqrt(STEPS)
-    return H / math.sqrt(math.pi * STEPS) * math.exp(-t * t) / (1.0 + t * (math.sqrt(math.pi) + 1.3 * t))
+    tail = ops.power(1.0 / math.e, t * t) / polynomial(ops, (1.0, math.sqrt(math.pi), 1.3), t)
+    return tail * (H / math.sqrt(math.pi * STEPS))
 
 
-def random_walk(color: float) -> Fed:
-    """Return what Cycles' Random Walk is fed for a medium that reflects `color`, at IOR and Roughness 0."""
-    color = clamp(color, 0.0, 1.0)
-    s = BEAM.s(darkened(color))
-    return Fed(VAN_DE_HULST.reflectance(s), _longer(color, s), lost(s))
+def random_walks(color: Number, ops: Arithmetic = FLOATS) -> dict[str, Fed]:
+    """Return what Cycles' random walks are fed for a medium that reflects `color` in [0, 1], by Blender's name of the method.
 
-
-def random_walk_legacy(color: float) -> Fed:
-    """Return what Cycles' Random Walk (Legacy) is fed for a medium that reflects `color`, at IOR and Roughness 0."""
-    color = clamp(color, 0.0, 1.0)
-    dark = darkened(color)
-    s = BEAM.s(dark)
-    return Fed(dark * rational(LEGACY, 6, dark), 4.0 * math.pi * _longer(color, s), lost(s))
-
-
-def random_walk_skin(color: float) -> Fed:
-    """Return what Cycles' Random Walk (Skin) is fed for a medium that reflects `color`, at SKIN_IOR."""
-    color = clamp(color, 0.0, 1.0)
-    dark = darkened(color)
-    s = BEAM.s(dark)
-    length = _longer(color, s) / rational(SKIN_SHRINKING, 3, color)
-    return Fed(dark * rational(SKIN, 6, dark), length, SKIN_LOST * lost(s))
-
-
-def _longer(color: float, s: float) -> float:
-    """Return by how much the mean free path grows, for what is lost to be made up for in the width of an edge."""
-    return rational(LONGER, 3, lost(s) / max(color, DARKEST))
-
-
-def burley(color: float) -> Fed:
-    """Return what Cycles' Christensen-Burley is fed for a medium that reflects `color`."""
-    color = clamp(color, 0.0, 1.0)
-    return Fed(color, 4.0 * math.pi * edge_width(color) / EDGE_WIDTH_25_75, 0.0)
-
-
-def eevee(color: float, brightest: float) -> Fed:
-    """Return what EEVEE's Subsurface closure is fed for a medium that reflects `color`, of whose channels one is `brightest`.
-
-    To the radius in Blender's units comes HALF_STEP, or as much again where that is less.
+    At IOR and Roughness 0, or RANDOM_WALK_SKIN at SKIN_IOR. What is lost is made up for by longer mean free paths, so that an edge
+    keeps its width.
     """
-    color, brightest = clamp(color, 0.0, 1.0), clamp(brightest, 0.0, 1.0)
-    fed = burley(color)
-    return Fed(fed.color, fed.radius * SCREEN * diffuse_mfp(color / max(brightest, 1e-6)), 0.0)
+    dark = darkened(color, ops)
+    s = BEAM.s(dark, ops)
+    rest = lost(s, ops)
+    longer = polynomial(ops, LONGER, rest / ops.maximum(color, DARKEST))
+    shrinking = rational(SKIN_SHRINKING, 3, color, ops)
+    return {
+        "RANDOM_WALK": Fed(VAN_DE_HULST.reflectance(s, ops), longer, rest),
+        "RANDOM_WALK_SKIN": Fed(dark * polynomial(ops, SKIN, dark), longer / shrinking, rest * SKIN_LOST),
+        "RANDOM_WALK_LEGACY": Fed(dark * polynomial(ops, LEGACY, dark), longer * (4.0 * math.pi), rest),
+    }
+
+
+def fed(method: str, color: float) -> Fed:
+    """Return what Cycles is fed for a medium that reflects `color`, clamped to [0, 1]; `method` is Blender's name."""
+    color = clamp(color, 0.0, 1.0)
+    if method == "BURLEY":
+        return Fed(color, 4.0 * math.pi * edge_width(color) / EDGE_WIDTH_25_75, 0.0)
+    return random_walks(color)[method]

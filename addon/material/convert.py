@@ -15,13 +15,13 @@ Textures and other nodes stay linked. Where Color is linked it is passed on as i
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 import bpy
 
 from ..blender import fcurves
-from ..closures import subsurface_fit
 from ..closures.quality import BALANCED
-from ..closures.subsurface_fit import Fed
+from ..closures.subsurface_fit import Fed, fed
 from ..models import MODELS
 from ..nodes import ROUGH_DIFFUSE, SUBSURFACE, Group
 from ..nodes.graph import GROUP_ID
@@ -33,12 +33,12 @@ UNKNOWN_COLOR = 0.5
 # Roughness r it is ENTRY[0] + ENTRY[1] r of the way between them, as measured on spheres of colors 0.1 to 0.8; to 2 %.
 ENTRY = (0.17, 0.53)
 HIGHEST_IOR = 3.0  # of the group's coat
-# What Principled's subsurface_method and Subsurface Scattering's falloff are in the group, and what Cycles is fed for it
-METHODS: dict[str, tuple[str, Callable[[float], Fed]]] = {
-    "BURLEY": ("Christensen-Burley", subsurface_fit.burley),
-    "RANDOM_WALK": ("Random Walk", subsurface_fit.random_walk),
-    "RANDOM_WALK_SKIN": ("Random Walk (Skin)", subsurface_fit.random_walk_skin),
-    "RANDOM_WALK_LEGACY": ("Random Walk (Legacy)", subsurface_fit.random_walk_legacy),
+# What Principled's subsurface_method and Subsurface Scattering's falloff are in the group
+METHODS = {
+    "BURLEY": "Christensen-Burley",
+    "RANDOM_WALK": "Random Walk",
+    "RANDOM_WALK_SKIN": "Random Walk (Skin)",
+    "RANDOM_WALK_LEGACY": "Random Walk (Legacy)",
 }
 ENTERED = {"RANDOM_WALK", "RANDOM_WALK_LEGACY"}
 GROSS = {"Metallic": "metal", "Transmission Weight": "transmission", "Coat Weight": "a clear coat"}
@@ -197,7 +197,7 @@ def _medium(
 
     `roughness` is that of the boundary, which the random walks but Skin enter through.
     """
-    plan.values["Method"], feed = METHODS[falloff]
+    plan.values["Method"], feed = METHODS[falloff], partial(fed, falloff)
     if source_of(color):
         plan.take(color, "Color")
         reached = [UNKNOWN_COLOR] * 3

@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 from .geometry import clamp
 from .quadrature import gauss_legendre
+from .terms import FLOATS, Arithmetic, Number, polynomial
 
 ORDER = 48
 LN_2 = math.log(2.0)
@@ -84,15 +85,16 @@ class Rational(NamedTuple):
     q: float
     r: float
 
-    def reflectance(self, s: float) -> float:
+    def reflectance(self, s: Number, ops: Arithmetic = FLOATS) -> Number:
         """Return R in [0, 1]."""
-        return (1.0 - s) * (1.0 - self.p * s) / (1.0 + s * (self.q + s * self.r))
+        return (1.0 - s) * (1.0 - s * self.p) / polynomial(ops, (1.0, self.q, self.r), s)
 
-    def s(self, reflectance: float) -> float:
+    def s(self, reflectance: Number, ops: Arithmetic = FLOATS) -> Number:
         """Return the s in [0, 1] at which R is `reflectance`, in [0, 1]."""
-        b = 1.0 + self.p + self.q * reflectance
-        root = math.sqrt(b * b - 4.0 * (self.p - self.r * reflectance) * (1.0 - reflectance))
-        return min(1.0, 2.0 * (1.0 - reflectance) / (b + root))
+        b = reflectance * self.q + (1.0 + self.p)
+        off = 1.0 - reflectance
+        root = ops.sqrt(b * b - (4.0 * self.p - reflectance * (4.0 * self.r)) * off)
+        return ops.minimum(off * 2.0 / (b + root), 1.0)
 
     def albedo(self, reflectance: float) -> float:
         """Return alpha = 1 - s^2 in [0, 1]."""

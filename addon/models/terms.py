@@ -10,7 +10,7 @@ The node groups evaluate these classes on sockets, `closures/lobes.py` and the t
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol
@@ -33,6 +33,11 @@ class Arithmetic(Protocol):
     def sqrt(self, a: Number, /) -> Number: ...
     def arccosine(self, a: Number, /) -> Number: ...
     def absolute(self, a: Number, /) -> Number: ...
+    def power(self, base: Number, exponent: Number, /) -> Number: ...
+    def multiply_add(self, a: Number, b: Number, c: Number) -> Number:
+        """Return a b + c."""
+        ...
+
     def less_than(self, a: Number, b: Number) -> Number:
         """Return 1 where a < b, else 0."""
         ...
@@ -40,7 +45,8 @@ class Arithmetic(Protocol):
 
 class _FloatArithmetic:
     minimum, maximum = staticmethod(min), staticmethod(max)
-    sqrt, arccosine, absolute = staticmethod(math.sqrt), staticmethod(math.acos), staticmethod(abs)
+    sqrt, arccosine = staticmethod(math.sqrt), staticmethod(math.acos)
+    absolute, power = staticmethod(abs), staticmethod(math.pow)
 
     def clamp(self, a: float, low: float, high: float) -> float:
         return min(max(low, a), high)
@@ -48,9 +54,21 @@ class _FloatArithmetic:
     def less_than(self, a: float, b: float) -> float:
         return float(a < b)
 
+    def multiply_add(self, a: float, b: float, c: float) -> float:
+        return a * b + c
+
 
 FLOATS = _FloatArithmetic()
 """The arithmetic of plain floats."""
+
+
+def polynomial(ops: Arithmetic, coefficients: Sequence[float], x: Number) -> Number:
+    """Return c_0 + c_1 x + ..., two terms or more."""
+    *rest, last, highest = coefficients
+    total = ops.multiply_add(x, highest, last)
+    for coefficient in reversed(rest):
+        total = ops.multiply_add(x, total, coefficient)
+    return total
 
 
 @dataclass(frozen=True)

@@ -186,7 +186,7 @@ class Value:
         return self.graph.calculate("DIVIDE", other, self)
 
     def __pow__(self, exponent: Operand) -> "Value":
-        return self.graph.math("POWER", self, exponent)
+        return self.graph.power(self, exponent)
 
 
 class Graph:
@@ -363,7 +363,12 @@ class Graph:
         return self.minimum(self.maximum(low, a), high)
 
     def sqrt(self, a: Operand) -> Value:
-        return self.math("SQRT", a)
+        """Return the square root, 0 below 0; of a vector, of each component."""
+        return self.power(self.maximum(a, 0.0), 0.5) if isinstance(a, Value) and a.is_vector else self.math("SQRT", a)
+
+    def power(self, base: Operand, exponent: Operand) -> Value:
+        """Return base^exponent; with a vector among them, numbers count for each component."""
+        return self.calculate("POWER", base, exponent)
 
     def arccosine(self, a: Operand) -> Value:
         return self.math("ARCCOSINE", a)

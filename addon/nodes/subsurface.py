@@ -7,30 +7,12 @@ scattered on the surface and scattered below adds up to no more than the light t
 """
 
 import math
-from collections.abc import Sequence
 
 from ..closures.coat import squared_cosine
 from ..closures.quality import FAST
-from ..closures.subsurface_fit import (
-    BEAM,
-    DARKENING,
-    DARKEST,
-    HALF_STEP,
-    LAMBERT_BELOW,
-    LEGACY,
-    LONGER,
-    SCREEN,
-    SKIN,
-    SKIN_IOR,
-    SKIN_LOST,
-    SKIN_SHRINKING,
-    STEPS,
-    WIDTH,
-    H,
-)
+from ..closures.subsurface_fit import HALF_STEP, LAMBERT_BELOW, SCREEN, SKIN_IOR, WIDTH, Fed, random_walks, rational
 from ..closures.subsurface_fit import IOR as ENTRY_IOR
 from ..models.burley import DIFFUSE_MAP, EDGE_WIDTH_25_75
-from ..models.half_space import VAN_DE_HULST, Rational
 from ..models.medium import LONGEST
 from ..models.wolff import transmittance
 from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
@@ -64,36 +46,6 @@ IOR = Socket("IOR", "NodeSocketFloat", "Index of refraction of the coat, and of 
 BRIGHTEST = 1e-6
 
 
-def polynomial(graph: Graph, coefficients: Sequence[float], x: Value) -> Value:
-    """Return c_0 + c_1 x + ..., two terms or more, for each component of `x`."""
-    *rest, last, highest = coefficients
-    total = graph.multiply_add(x, (highest,) * 3, (last,) * 3)
-    for coefficient in reversed(rest):
-        total = graph.multiply_add(x, total, (coefficient,) * 3)
-    return total
-
-
-def rational(graph: Graph, coefficients: Sequence[float], above: int, x: Value) -> Value:
-    """As `closures.subsurface_fit.rational`, with a denominator."""
-    return polynomial(graph, coefficients[:above], x) / polynomial(graph, (1.0, *coefficients[above:]), x)
-
-
-def sqrt(graph: Graph, vector: Value) -> Value:
-    return graph.vector_math("POWER", graph.maximum(vector, 0.0), (0.5,) * 3)
-
-
-def reflectance(graph: Graph, fit: Rational, s: Value) -> Value:
-    """As `models.albedo.Rational.reflectance`."""
-    return (1.0 - s) * (1.0 - s * fit.p) / polynomial(graph, (1.0, fit.q, fit.r), s)
-
-
-def root(graph: Graph, fit: Rational, color: Value) -> Value:
-    """As `models.albedo.Rational.s`."""
-    b = color * fit.q + (1.0 + fit.p)
-    off = 1.0 - color
-    return graph.minimum(off * 2.0 / (b + sqrt(graph, b * b - (4.0 * fit.p - color * (4.0 * fit.r)) * off)), 1.0)
-
-
 class Medium:
     """The medium's inputs inside their ranges, channels as vectors, and what the closures share."""
 
@@ -113,7 +65,7 @@ class Medium:
 
     def edge(self) -> Value:
         """Return the width of a shadow's edge, over that of Burley's profile with d = 1 / (4 pi)."""
-        return rational(self.graph, [4.0 * math.pi / EDGE_WIDTH_25_75 * c for c in WIDTH[:3]] + list(WIDTH[3:]), 3, self.color)
+        return rational([4.0 * math.pi / EDGE_WIDTH_25_75 * c for c in WIDTH[:3]] + list(WIDTH[3:]), 3, self.color, self.graph)
 
 
 def eevee(medium: Medium) -> Value:
@@ -126,41 +78,26 @@ def eevee(medium: Medium) -> Value:
     return graph.subsurface("BURLEY", color, radius + graph.minimum(radius, HALF_STEP), 1.0, medium.n)
 
 
-def burley(medium: Medium) -> Value:
-    return medium.closure("BURLEY", medium.color, medium.edge())
-
-
-def walks(medium: Medium) -> tuple[Value, Value, Value]:
-    """Return Cycles' Random Walk, Random Walk (Skin) and Random Walk (Legacy), with what they lose beside them."""
-    graph, color = medium.graph, medium.color
-    dark = color * graph.minimum(color * ((1.0 - DARKENING) / DARKEST) + DARKENING, 1.0)
-    s = root(graph, BEAM, dark)
-    t = s * math.sqrt(STEPS)
-    tail = graph.vector_math("POWER", (1.0 / math.e,) * 3, t * t) / polynomial(graph, (1.0, math.sqrt(math.pi), 1.3), t)
-    lost = tail * (H / math.sqrt(math.pi * STEPS))
-    longer = polynomial(graph, LONGER, lost / graph.maximum(color, DARKEST))
-
-    def walk(falloff: str, fed: Value, radius: Value, rest: Value, ior: float) -> Value:
-        closure = medium.closure(falloff, color + (fed - color) * medium.enters, radius, ior)
-        return graph.add_shader(closure, graph.diffuse(rest * medium.enters, medium.n))
-
-    skin = dark * polynomial(graph, SKIN, dark), longer / rational(graph, SKIN_SHRINKING, 3, color), lost * SKIN_LOST
-    legacy = dark * polynomial(graph, LEGACY, dark), longer * (4.0 * math.pi), lost
-    return (
-        walk("RANDOM_WALK", reflectance(graph, VAN_DE_HULST, s), longer, lost, ENTRY_IOR),
-        walk("RANDOM_WALK_SKIN", *skin, SKIN_IOR),
-        walk("RANDOM_WALK_LEGACY", *legacy, ENTRY_IOR),
-    )
+def walk(medium: Medium, falloff: str, fed: Fed) -> Value:
+    """Return one of Cycles' random walks, with what it loses beside it."""
+    color = medium.color + (fed.color - medium.color) * medium.enters
+    closure = medium.closure(falloff, color, fed.radius, SKIN_IOR if falloff == "RANDOM_WALK_SKIN" else ENTRY_IOR)
+    return medium.graph.add_shader(closure, medium.graph.diffuse(fed.rest * medium.enters, medium.n))
 
 
 def build(graph: Graph) -> dict[str, Value]:
     medium = Medium(graph)
-    walk, skin, legacy = walks(medium)
+    walks = {falloff: walk(medium, falloff, fed) for falloff, fed in random_walks(medium.color, graph).items()}
+    burley = medium.closure("BURLEY", medium.color, medium.edge())
     methods = (
-        ("Random Walk", "Walks below the surface: right for any shape, ears and nostrils too", walk),
-        ("Christensen-Burley", "Spreads light as on a flat surface: less noise, too bright where it is thin", burley(medium)),
-        ("Random Walk (Skin)", "As Random Walk, with more light that enters at a slant: its color moves with the view", skin),
-        ("Random Walk (Legacy)", "As Random Walk, by way of Blender's older fit", legacy),
+        ("Random Walk", "Walks below the surface: right for any shape, ears and nostrils too", walks["RANDOM_WALK"]),
+        ("Christensen-Burley", "Spreads light as on a flat surface: less noise, too bright where it is thin", burley),
+        (
+            "Random Walk (Skin)",
+            "As Random Walk, with more light that enters at a slant: its color moves with the view",
+            walks["RANDOM_WALK_SKIN"],
+        ),
+        ("Random Walk (Legacy)", "As Random Walk, by way of Blender's older fit", walks["RANDOM_WALK_LEGACY"]),
     )
     in_cycles = graph.menu(graph.input(METHOD), "SHADER", methods)
     scattered = graph.mix_shader(graph.in_eevee(), in_cycles, eevee(medium))
