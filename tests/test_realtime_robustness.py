@@ -233,7 +233,7 @@ def test_lost_context_is_a_message_and_the_next_render_works(stage: Stage, monke
 def test_interrupted_render_is_a_message(stage: Stage, monkeypatch) -> None:
     stage.square()
     with monkeypatch.context() as patch:
-        patch.setattr(renderer.Renderer, "read", lambda _: os.kill(os.getpid(), signal.SIGINT))
+        patch.setattr(renderer.Renderer, "read", lambda _: signal.raise_signal(signal.SIGINT))
         assert "KeyboardInterrupt" in stage.refusal()
     assert stage.render().at(0.0) == gray(LIT)
 
