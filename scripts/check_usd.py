@@ -9,7 +9,6 @@ The GLSL that MaterialX generates runs on the graphics driver, and is held again
 import json
 import math
 import random
-import struct
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -23,8 +22,10 @@ import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.addon import models
 from true_diffuse.addon.models import Model
 from true_diffuse.addon.models.vector import Vector, dot
-from true_diffuse.scripts.cli.console import Parser, Terminal, script_arguments
+from true_diffuse.scripts.cli.console import Parser, Terminal, end, script_arguments
 from true_diffuse.scripts.studies import materialx_code
+from true_diffuse.scripts.studies.float32_accuracy import anywhere, single_vector
+from true_diffuse.scripts.studies.study import Table, text
 
 KEY = "trueDiffuse"  # of the custom data, see addon/material/surface.py
 LIGHT: Vector = (0.0, 0.0, 1.0)
@@ -127,30 +128,23 @@ def glsl_error(code: str, data: dict) -> dict[str, float]:
 
 def directions(count: int) -> Iterator[tuple[Vector, Vector]]:
     """Yield N and V as 32-bit floats, evenly over all directions with N.L and N.V > 0."""
-    draw = random.Random(1)
+    dice = random.Random(1)
     while count:
-        normal, viewer = _direction(draw), _direction(draw)
+        normal, viewer = single_vector(anywhere(dice)), single_vector(anywhere(dice))
         if dot(normal, LIGHT) > 0.0 and dot(normal, viewer) > 0.0:
             count -= 1
             yield normal, viewer
 
 
-def _direction(draw: random.Random) -> Vector:
-    z, phi = draw.uniform(-1.0, 1.0), draw.uniform(0.0, 2.0 * math.pi)
-    sine = math.sqrt(1.0 - z * z)
-    x, y, z = struct.unpack("3f", struct.pack("3f", sine * math.cos(phi), sine * math.sin(phi), z))
-    return x, y, z
-
-
-def table(records: Sequence[dict]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return the columns and rows of `Terminal.table`."""
+def table(records: Sequence[dict]) -> Table:
+    """Return a row for each material."""
     rows: list[tuple[str, ...]] = [
         (
             record["file"],
             record["material"],
             record.get("model", ""),
             "; ".join(record["problems"]) or "none",
-            *(f"{record[key]:.2g}" if key in record else "-" for key in ("rms", "worst", "worst_beside")),
+            *(text(record.get(key), ".2g") for key in ("rms", "worst", "worst_beside")),
         )
         for record in records
     ]
@@ -158,4 +152,4 @@ def table(records: Sequence[dict]) -> tuple[tuple[str, ...], list[tuple[str, ...
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end(main())

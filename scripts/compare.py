@@ -220,12 +220,14 @@ def compare_searchlight(options: Namespace, chosen: list["Engine"], output: Outp
     """Compare where a narrow beam's light leaves a slab with Burley and the dipole."""
     from true_diffuse.addon.probe.environment import environment
     from true_diffuse.scripts.studies import searchlight
+    from true_diffuse.scripts.studies.study import run
 
     if options.save_blend:
         raise BadInput("--scene searchlight has no scene to save: it is built anew for every ring")
     samples = {engine.key: options.samples or SCENES["searchlight"].samples[engine.key] for engine in chosen}
-    with terminal.progress(searchlight.work(chosen)) as progress:
-        records = list(searchlight.records(chosen, samples, progress))
+    steps = searchlight.steps(chosen, samples)
+    with terminal.progress(len(steps)) as progress:
+        records = list(run(steps, progress))
     output.write_text("searchlight.svg", searchlight.svg(records, *options.resolution))
     table = "Where a narrow beam's light leaves the slab, R [1 / mfp^2]", *searchlight.table(records)
     return {"records": records, "environment": environment(chosen)}, [table]

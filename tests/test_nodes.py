@@ -23,8 +23,9 @@ from true_diffuse.addon.models import (
     directional_albedo,
 )
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, chosen_lights
+from true_diffuse.scenes.elements import uniform_world
 from true_diffuse.scenes.sphere import COLOR, sky, sphere_under_sun, three_lights
-from true_diffuse.scripts.studies import robustness
+from true_diffuse.scripts.studies import furnace, hard_inputs, sheet
 from true_diffuse.scripts.studies.rough import SPECULAR
 
 pytestmark = pytest.mark.usefixtures("empty_file")
@@ -335,7 +336,7 @@ def test_highlight_is_exact_under_the_chosen_lamp(engine: engines.Engine) -> Non
 @pytest.mark.render
 def test_narrowest_highlight_keeps_its_digits() -> None:
     """A normal turned by an angle from N = L = V: the highlight's share is its cosine to the power of 10000."""
-    flat = robustness.sheet((1.0,), [robustness.USUAL], robustness.FURNACE_CELL)
+    flat = sheet.sheet((1.0,), [sheet.USUAL], furnace.CELL)
     chosen_lights.choose([flat.sun])
     material = materials.create(
         "Narrow", SPECULAR_GROUP, Quality="Exact for Chosen Lights", Color=BLACK, Specular=1.0, Exponent=10000.0
@@ -356,7 +357,7 @@ def test_narrowest_highlight_keeps_its_digits() -> None:
 @pytest.mark.render
 def test_highlight_of_light_from_elsewhere_is_its_directional_albedo() -> None:
     mus = (1.0, 0.5, 0.2)
-    bent, white = robustness.sheet(mus, [robustness.USUAL], robustness.EXTREME_CELL), robustness.uniform_world()
+    bent, white = sheet.sheet(mus, [sheet.USUAL], hard_inputs.CELL), uniform_world()
     chosen_lights.choose([])
     for exponent in (0.0, 5.0, 30.0, 300.0):
         model = Specular(0.5, exponent)
@@ -380,10 +381,10 @@ def test_odd_exponents_and_weights_count_as_the_nearest_in_range() -> None:
         ("Specular", math.nan, 0.0),
         ("Color", 1.5, 1.0),
     ]
-    rows = [{**robustness.USUAL, name: (value,) * 3} for name, odd, usual in pairs for value in (odd, usual)]
-    flat = robustness.sheet((1.0,), rows, robustness.FURNACE_CELL)
+    rows = [{**sheet.USUAL, name: (value,) * 3} for name, odd, usual in pairs for value in (odd, usual)]
+    flat = sheet.sheet((1.0,), rows, furnace.CELL)
     chosen_lights.choose([flat.sun])
-    cells = flat.cells(robustness.fed(SPECULAR, "Exact for Chosen Lights"), engines.CYCLES, 1, 0.0)
+    cells = flat.cells(sheet.fed(SPECULAR, "Exact for Chosen Lights"), engines.CYCLES, 1, 0.0)
     for pair, odd, usual in zip(pairs, cells[::2], cells[1::2], strict=True):
         assert odd == pytest.approx(usual, rel=1e-5), pair  # the same in 32-bit floats
     assert max(cells[1]) > 100.0 > max(cells[5])  # exponents of 10000 and 0

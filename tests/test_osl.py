@@ -20,6 +20,7 @@ from true_diffuse.addon.models.registry import Osl
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
 from true_diffuse.scripts.fit import ramps
 from true_diffuse.scripts.studies import float32_accuracy, osl_values, reference_mpmath, stability_osl
+from true_diffuse.scripts.studies.study import run
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 
@@ -136,7 +137,7 @@ def records() -> dict[tuple[str, str], dict]:
     quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
     return {
         (record["model"], record["case"]): record
-        for record in stability_osl.stability(reference_mpmath.radiance, quick, 1000, CountedProgress())
+        for record in run(stability_osl.stability(reference_mpmath.radiance, quick, 1000), CountedProgress())
     }
 
 

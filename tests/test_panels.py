@@ -21,7 +21,7 @@ from true_diffuse.addon.optimize.materials import optimize_materials
 from true_diffuse.addon.probe import measurement
 from true_diffuse.addon.probe.environment import environment
 from true_diffuse.addon.ui import panels, plots
-from true_diffuse.scripts.studies import robustness
+from true_diffuse.scripts.studies import furnace, sheet
 
 
 @pytest.fixture(autouse=True)
@@ -200,7 +200,7 @@ def shiny(mode: str, height: float) -> bpy.types.Material:
 def test_stated_limit_of_highlights_is_eevees(eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("EEVEE finds no graphics driver here")
-    flat = robustness.sheet((1.0,), [robustness.USUAL], robustness.FURNACE_CELL)
+    flat = sheet.sheet((1.0,), [sheet.USUAL], furnace.CELL)
     chosen_lights.choose([flat.sun])  # of irradiance pi: white is 1
     for height, shown, cut_off in ((7.0, 7.0, ""), (9.0, 8.0, ", cut off at 8 times white")):
         material = shiny("Exact for Chosen Lights", height)

@@ -10,12 +10,13 @@ from true_diffuse.addon.material import materials
 from true_diffuse.addon.models import directional_albedo
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
 from true_diffuse.addon.nodes.chosen_lights import choose
-from true_diffuse.scripts.studies import robustness
+from true_diffuse.scenes.elements import uniform_world
+from true_diffuse.scripts.studies import furnace, hard_inputs, light_leaks, sheet
 from true_diffuse.scripts.studies.rough import EON, PAPER, SPECULAR, MeasuredModel
 
 pytestmark = [pytest.mark.usefixtures("empty_file"), pytest.mark.render]
 
-MUS = robustness.FURNACE_MUS
+MUS = furnace.MUS
 # Cycles' noise: a cell of 36 pixels with 256 samples deviates by 0.5 %, its samples by half their mean; and what the lobes' own
 # albedo is off by. EEVEE keeps the light of a world in floats of 6 bits after the point, blue in 5, cut off: 1/64, 1/64 and 1/32 at
 # the most, 2 % in the mean of the channels. It does not cut a world off at the horizon of a bent lobe, so there is too much of it.
@@ -25,10 +26,10 @@ EEVEE_GAIN = {"Oren-Nayar": 0.12, "EON": 0.08}  # at sigma = 0.33, N.V = 0.05: 0
 
 def white(measured: MeasuredModel, engine: engines.Engine, samples: int, osl: bool = False) -> list[float]:
     """Return the share of a uniform world that a white surface of roughness 0.33 reflects, for each of MUS."""
-    bent = robustness.sheet(MUS, [robustness.USUAL], robustness.FURNACE_CELL)
+    bent = sheet.sheet(MUS, [sheet.USUAL], furnace.CELL)
     bent.scene.cycles.shading_system = osl
     material = materials.create("White", ROUGH_DIFFUSE, Model=measured.name, Color=(1.0,) * 4, Roughness=0.33)
-    cells = bent.cells(material, engine, samples, robustness.uniform_world())
+    cells = bent.cells(material, engine, samples, uniform_world())
     return [sum(cell) / len(cell) for cell in cells]
 
 
@@ -50,9 +51,9 @@ def test_white_furnace_in_eevee_shows_no_more_than_the_known_gain(eevee_runs_her
 
 @pytest.mark.parametrize("thickness", [None, 0.001], ids=["sphere", "slab of 1 mm"])
 def test_closed_body_shows_no_light_from_behind(engine: engines.Engine, thickness: float | None) -> None:
-    solid = robustness.body(thickness)
+    solid = light_leaks.body(thickness)
     choose([solid.sun])
-    material = materials.create("Rough", ROUGH_DIFFUSE, Model="Oren-Nayar", Color=robustness.LEAK_COLOR, Roughness=1.0)
+    material = materials.create("Rough", ROUGH_DIFFUSE, Model="Oren-Nayar", Color=light_leaks.COLOR, Roughness=1.0)
     for shadows in (False, True) if thickness is None else (False,):
         assert solid.leak(material, engine, 120.0, shadows) == 0.0
 
@@ -87,21 +88,21 @@ NODES = [(PAPER, "Balanced"), (SPECULAR, "Balanced"), (SPECULAR, "Exact for Chos
 def test_odd_inputs_render_finite_and_not_negative(
     engine: engines.Engine, measured: MeasuredModel, quality: str, osl: bool
 ) -> None:
-    rows = robustness.extreme_rows(measured)
-    bent = robustness.sheet(robustness.EXTREME_MUS, [inputs for _, _, inputs in rows], robustness.EXTREME_CELL)
+    rows = hard_inputs.rows_of(measured)
+    bent = sheet.sheet(hard_inputs.MUS, [inputs for _, _, inputs in rows], hard_inputs.CELL)
     choose([bent.sun])
-    lights: list[float | bpy.types.World] = [*robustness.SUNS, robustness.uniform_world()]
+    lights: list[float | bpy.types.World] = [*hard_inputs.SUNS, uniform_world()]
     bent.scene.cycles.shading_system = osl
-    material = robustness.fed(measured, quality)
-    for (name, words, _), (low, _, finite) in zip(rows, robustness.odd_inputs(bent, material, engine, lights), strict=True):
+    material = sheet.fed(measured, quality)
+    for (name, words, _), (low, _, finite) in zip(rows, hard_inputs.odd_inputs(bent, material, engine, lights), strict=True):
         assert finite, (name, words, low)
 
 
 @pytest.mark.parametrize(("odd", "usual"), [("NaN", "length 0"), ("length 1e20", "towards the viewer")])
 def test_normal_without_a_direction_counts_as_none(odd: str, usual: str) -> None:
-    normals = {**dict(robustness.NORMALS), "towards the viewer": (0.0, 0.0, 1.0)}
-    rows = [{**robustness.USUAL, "Normal": normals[words]} for words in (odd, usual)]
-    bent = robustness.sheet(MUS[:2], rows, robustness.EXTREME_CELL)
-    cells = bent.cells(robustness.fed(PAPER, "Balanced"), engines.CYCLES, 1, 60.0)
+    normals = {**dict(hard_inputs.NORMALS), "towards the viewer": (0.0, 0.0, 1.0)}
+    rows = [{**sheet.USUAL, "Normal": normals[words]} for words in (odd, usual)]
+    bent = sheet.sheet(MUS[:2], rows, hard_inputs.CELL)
+    cells = bent.cells(sheet.fed(PAPER, "Balanced"), engines.CYCLES, 1, 60.0)
     for one, other in zip(cells[:2], cells[2:], strict=True):
         assert max(other) > 0.1 and one == pytest.approx(other, rel=1e-5)  # the same shading in 32-bit floats

@@ -18,6 +18,7 @@ from true_diffuse.addon.blender.glsl import SHADERS, includes, source
 from true_diffuse.addon.models.vector import dot, from_polar
 from true_diffuse.scripts.studies import reference_mpmath, stability_glsl
 from true_diffuse.scripts.studies.glsl_values import evaluate
+from true_diffuse.scripts.studies.study import run
 
 COUNT = 2000
 NAMES = [shader.model for shader in stability_glsl.DRAWN]
@@ -52,7 +53,7 @@ def records(eevee_runs_here: bool) -> list[dict]:
     if not eevee_runs_here:
         pytest.skip("no graphics driver here")
     quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
-    return list(stability_glsl.stability(reference_mpmath.radiance, quick, COUNT, CountedProgress()))
+    return list(run(stability_glsl.stability(reference_mpmath.radiance, quick, COUNT), CountedProgress()))
 
 
 @pytest.fixture(scope="module")

@@ -3,6 +3,9 @@
 
 import itertools
 import math
+from bisect import bisect_right
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import mpmath
 import pytest
@@ -36,7 +39,7 @@ from true_diffuse.addon.models.medium import MEDIA, Channel
 from true_diffuse.addon.models.quadrature import integrate
 from true_diffuse.addon.models.skin import TONES, Skin
 from true_diffuse.scripts.studies.dipoles import BetterDipole, standard_inverse
-from true_diffuse.scripts.studies.random_walk import walk
+from true_diffuse.scripts.studies.random_walk import exits
 from true_diffuse.scripts.studies.stability_subsurface import records
 
 mp = mpmath.mp.clone()
@@ -258,6 +261,36 @@ def test_single_scattering_at_grazing_light_is_half() -> None:
 # Random walk
 
 
+class Walk(NamedTuple):
+    """Shares of the light that falls on the surface; what the surface itself mirrors counts as lost."""
+
+    reflectance: float
+    error: float
+    """Standard error of `reflectance`."""
+    single: float
+    """The part of `reflectance` that was scattered exactly once."""
+    rings: tuple[float, ...]
+    """The part that left within radii[0] of where it entered, between radii[0] and radii[1], ..., beyond the last."""
+
+
+def walk(
+    albedo: float, eta: float = 1.0, mu_i: float | None = None, radii: Sequence[float] = (), paths: int = 20_000, seed: int = 1
+) -> Walk:
+    """Return what `paths` random walks find; arguments as for `exits`. `radii` rise [mean free paths]."""
+    total = squares = single = 0.0
+    rings = [0.0] * (len(radii) + 1)
+    for found in exits(albedo, eta, mu_i, paths, seed):
+        left = sum(one.weight for one in found)
+        single += sum(one.weight for one in found if one.order == 1)
+        for one in found:
+            rings[bisect_right(radii, math.hypot(one.x, one.y))] += one.weight
+        total += left
+        squares += left * left
+    mean = total / paths
+    error = math.sqrt(max(0.0, squares / paths - mean * mean) / paths)
+    return Walk(mean, error, single / paths, tuple(share / paths for share in rings))
+
+
 @pytest.mark.parametrize("albedo", [0.2, 0.8, 0.98])
 @pytest.mark.parametrize("mu", [1.0, 0.3, None])
 def test_walk_equals_the_exact_albedo(albedo: float, mu: float | None) -> None:
@@ -301,8 +334,8 @@ def test_walk_rings_equal_single_scattering_in_a_dark_medium() -> None:
     assert sum(found.rings) == pytest.approx(found.reflectance, rel=1e-12) and len(found.rings) == 3
     share = near / single_plane_albedo(albedo, 1.0)
     # the roulette ends half of the walks after their one scattering, the other half leaves with one and the same weight
-    exits = 0.5 * 100_000 * single_plane_albedo(1.0, 1.0)
-    assert found.rings[0] / found.reflectance == pytest.approx(share, abs=4.0 * math.sqrt(share * (1.0 - share) / exits))
+    count = 0.5 * 100_000 * single_plane_albedo(1.0, 1.0)
+    assert found.rings[0] / found.reflectance == pytest.approx(share, abs=4.0 * math.sqrt(share * (1.0 - share) / count))
 
 
 def test_walk_repeats_itself_and_is_black_without_scattering() -> None:

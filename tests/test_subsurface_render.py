@@ -14,6 +14,7 @@ from true_diffuse.scenes.slab import slab
 from true_diffuse.scripts.studies import searchlight
 from true_diffuse.scripts.studies import subsurface as study
 from true_diffuse.scripts.studies.edge_profile import edge_width
+from true_diffuse.scripts.studies.study import run
 from true_diffuse.scripts.studies.work_precision.test_scenes import Silent
 
 COLORS = (0.8, 0.5, 0.1)
@@ -103,7 +104,7 @@ def test_cells_keep_to_themselves(mu: float) -> None:
 @pytest.mark.render
 @pytest.mark.usefixtures("empty_file")
 def test_group_has_the_profile_of_its_model() -> None:
-    records = list(study.profile([engines.CYCLES], True, Silent()))
+    records = list(run(study.profile([engines.CYCLES], True), Silent()))
     fields = {"case", "engine", "method", "quantity", "expected", "got", "error", "noise"}
     assert all(set(record) == fields for record in records)
     # 262,000 paths, of which a share of 0.03 and more ends in a ring: 1.1 % is one standard deviation at most

@@ -42,6 +42,12 @@ class Parser(argparse.ArgumentParser):
         sys.exit(BAD_INPUT)
 
 
+def end(status: int) -> NoReturn:
+    """End the process with an exit status. Blender does not write what Python still holds for stdout."""
+    sys.stdout.flush()
+    sys.exit(status)
+
+
 def script_arguments() -> list[str]:
     """Return the script's own arguments: under `blender --python SCRIPT -- ARGUMENTS` those after the two dashes."""
     if sys.argv[0].endswith(".py"):

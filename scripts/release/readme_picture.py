@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
-from true_diffuse.scripts.cli.console import Parser, Terminal, script_arguments
+from true_diffuse.scripts.cli.console import Parser, Terminal, end, script_arguments
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import load_character, run_script, start_blender
 
@@ -132,6 +132,4 @@ def build(mesh: "bpy.types.Mesh") -> "tuple[bpy.types.Scene, list[tuple[bpy.type
 
 
 if __name__ == "__main__":
-    status = main()
-    sys.stdout.flush()
-    sys.exit(status)
+    end(main())

@@ -9,6 +9,7 @@ import tempfile
 from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -19,10 +20,11 @@ from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
 from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
-from true_diffuse.addon.measure.record import Progress, Record
+from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, chosen_lights
 from true_diffuse.addon.optimize.materials import optimize_materials
 from true_diffuse.scenes.sphere import sphere_under_sun
+from true_diffuse.scripts.studies.study import Step, Table, percent
 
 LENGTH = 24  # frames from START to END
 KEYED_FRAMES = (1, 8, LENGTH)  # compared with stills
@@ -31,7 +33,6 @@ LENS = 80.0  # mm: leaves room at the left for the pixels that shift EEVEE's noi
 SHIFT = 3  # pixels
 # Realtime evaluates the model itself at every quality; Cycles has two
 QUALITIES = {EEVEE: (FAST, BALANCED, PRECISE, CHOSEN_LIGHTS), CYCLES: (BALANCED, CHOSEN_LIGHTS), REALTIME: (BALANCED,)}
-WORK = 12.0  # renders of an engine at one quality
 
 
 @dataclass(frozen=True)
@@ -177,33 +178,30 @@ def _rms(values: array[float]) -> float:
     return math.sqrt(math.fsum(value * value for value in values) / len(values))
 
 
-def work(used: Sequence[Engine]) -> float:
-    """Return the work of `records`, in units of a render."""
-    return WORK * sum(len(QUALITIES[engine]) for engine in used)
+def steps(used: Sequence[Engine], samples: int, size: int) -> list[Step]:
+    """Return a step for each engine and quality: largest difference of keyed frames from stills, noise, flicker; as fractions."""
+
+    def measure(engine: Engine, quality: str) -> Iterator[Record]:
+        measured = flicker(quality, engine, samples, size)
+        yield {
+            "engine": engine.key,
+            "mode": None if engine is REALTIME else quality,
+            "samples": samples,
+            "keyed_difference": keyed_difference(quality, engine, samples, size),
+            "noise": measured.noise,
+            "flicker_still": measured.still,
+            "flicker_moving": measured.moving,
+        }
+
+    cases = [(engine, quality) for engine in used for quality in QUALITIES[engine]]
+    return [Step(f"Keyed  {engine.label}  {quality}", partial(measure, engine, quality)) for engine, quality in cases]
 
 
-def records(used: Sequence[Engine], samples: int, size: int, progress: Progress) -> Iterator[Record]:
-    """Yield a record for each engine and quality: largest difference of keyed frames from stills, noise, flicker; as fractions."""
-    for engine in used:
-        for quality in QUALITIES[engine]:
-            with progress.step(f"Keyed  {engine.label}  {quality}", WORK):
-                measured = flicker(quality, engine, samples, size)
-                yield {
-                    "engine": engine.key,
-                    "mode": None if engine is REALTIME else quality,
-                    "samples": samples,
-                    "keyed_difference": keyed_difference(quality, engine, samples, size),
-                    "noise": measured.noise,
-                    "flicker_still": measured.still,
-                    "flicker_moving": measured.moving,
-                }
-
-
-def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return the columns and rows of a table of `records`."""
+def table(records: Sequence[Record]) -> Table:
+    """Return a row for each engine and quality."""
     columns = ("Engine", "Quality", "Samples", "Keyed from still", "Noise", "Flicker, still", "Flicker, moving")
     figures = ("keyed_difference", "noise", "flicker_still", "flicker_moving")
     return columns, [
-        (item["engine"], item["mode"] or "-", str(item["samples"]), *(f"{100.0 * item[figure]:.3g} %" for figure in figures))
+        (item["engine"], item["mode"] or "-", str(item["samples"]), *(f"{percent(item[figure], '.3g')} %" for figure in figures))
         for item in records
     ]

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from statistics import median
 
 import bpy
@@ -17,11 +18,12 @@ from true_diffuse.addon.blender.glsl import FULLSCREEN_VERTEX_SHADER, source, tr
 from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
-from true_diffuse.addon.measure.record import Progress, Record
+from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, chosen_lights
 from true_diffuse.scenes.five_characters import FiveCharacters
 from true_diffuse.scenes.sphere import SphereUnderSun
 from true_diffuse.scripts.studies.formulations import FORMS, Form
+from true_diffuse.scripts.studies.study import Step, Table
 
 SIZE, EVALUATIONS = 256, 200  # pixels each way, and evaluations in each
 ROUNDS = 5
@@ -32,18 +34,17 @@ SAMPLES = {EEVEE: 4, CYCLES: 32}
 SAMPLES_OF_FIVE = {EEVEE: 4, CYCLES: 16}
 
 
-def forms(progress: Progress) -> Iterator[Record]:
+def forms() -> Iterator[Record]:
     """Yield a record for each form: operations, and nanoseconds of one evaluation on the graphics driver, measured in turns.
 
     What an empty loop takes is subtracted. The last record is shaders/oren_nayar.glsl, whose dot products have twice the digits and
-    which takes any input. All together are one unit of work to `progress`.
+    which takes any input.
     """
     safe = Form(
         "shaders/oren_nayar.glsl", "return rho_over_pi * oren_nayar_radiance(oren_nayar_surface(n, e, vec3(1.0), vec2(a, b)), l).x;"
     )
     empty = Form("empty", "return n.x;")
-    with progress.step("GLSL  equation (1)", 1.0):
-        seconds = in_turns({form: partial(_seconds, _draw(form)) for form in (empty, *FORMS, safe)}, ROUNDS)
+    seconds = in_turns({form: partial(_seconds, _draw(form)) for form in (empty, *FORMS, safe)}, ROUNDS)
     loop = median(seconds[empty])
     for form in (*FORMS, safe):
         nanoseconds = 1e9 * (median(seconds[form]) - loop) / (SIZE * SIZE * EVALUATIONS)
@@ -51,21 +52,17 @@ def forms(progress: Progress) -> Iterator[Record]:
         yield {"target": "glsl", "form": form.name, "operations": operations, "nanoseconds": nanoseconds}
 
 
-def in_turns[Key, Take](
-    takes: Mapping[Key, Callable[[], Take]], rounds: int, report: Callable[[int], None] | None = None
-) -> dict[Key, list[Take]]:
+def in_turns[Key, Take](takes: Mapping[Key, Callable[[], Take]], rounds: int) -> dict[Key, list[Take]]:
     """Return what each of `takes` returns in each of the rounds, in which all take turns, every other one backwards.
 
-    Each is called once before, which counts for nothing, as shaders are compiled then. `report` is told how many are done.
+    Each is called once before, which counts for nothing, as shaders are compiled then.
     """
     for take in takes.values():
         take()
     found: dict[Key, list[Take]] = {key: [] for key in takes}
     for turn in range(rounds):
-        for k, key in enumerate(list(takes)[:: -1 if turn % 2 else 1]):
+        for key in list(takes)[:: -1 if turn % 2 else 1]:
             found[key].append(takes[key]())
-            if report:
-                report(turn * len(takes) + k + 1)
     return found
 
 
@@ -130,37 +127,42 @@ TIMED_MATERIALS = (
 )
 
 
-def groups(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine], progress: Progress) -> Iterator[Record]:
-    """Yield, for each material and scene, its render time and that of Blender's Diffuse BSDF of the same roughness, interleaved.
+def steps(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine]) -> list[Step]:
+    """Return the step of `forms`, and one for each material and scene: its render time beside that of Blender's Diffuse BSDF.
 
-    The sphere under its sun, filling the frame and without bounces, is little but the material; the five characters are what an
-    artist renders. Each material and scene is one unit of work to `progress`.
+    Both have the same roughness, and take turns. The sphere under its sun, filling the frame and without bounces, is little but the
+    material; the five characters are what an artist renders.
     """
     own, node = materials.create_plain("Diffuse BSDF")
     node.inputs["Roughness"].default_value = SIGMA
-    for timed in TIMED_MATERIALS:
-        if timed.engine not in used:
-            continue
-        for where, scene, sun, seconds_of in (
-            ("sphere", sphere.scene, sphere.sun, partial(_sphere_seconds, sphere, timed)),
-            ("five characters", five.scene, five.key, partial(_five_seconds, five, timed)),
-        ):
-            chosen_lights.choose([sun])
-            scene.cycles.shading_system = timed.osl
-            material = materials.create(timed.quality, ROUGH_DIFFUSE, Model=timed.model, Quality=timed.quality, Roughness=SIGMA)
-            with progress.step(f"{timed.engine.label}  {timed.quality}  {timed.model}  {where}", 1.0):
-                seconds = in_turns({each: partial(seconds_of, each) for each in (material, own)}, ROUNDS)
-            yield {
-                "scene": where,
-                "target": "osl" if timed.osl else "nodes",
-                "engine": timed.engine.key,
-                "quality": timed.quality,
-                "model": timed.model,
-                "shadows": timed.shadows,
-                "render_seconds": median(seconds[material]),
-                "own_seconds": median(seconds[own]),
-                "ratio": median(a / b for a, b in zip(seconds[material], seconds[own], strict=True)),
-            }
+    places = {
+        "sphere": (sphere.scene, sphere.sun, partial(_sphere_seconds, sphere)),
+        "five characters": (five.scene, five.key, partial(_five_seconds, five)),
+    }
+
+    def measure(timed: TimedMaterial, where: str) -> Iterator[Record]:
+        scene, sun, seconds_of = places[where]
+        chosen_lights.choose([sun])
+        scene.cycles.shading_system = timed.osl
+        material = materials.create(timed.quality, ROUGH_DIFFUSE, Model=timed.model, Quality=timed.quality, Roughness=SIGMA)
+        seconds = in_turns({each: partial(seconds_of, timed, each) for each in (material, own)}, ROUNDS)
+        yield {
+            "scene": where,
+            "target": "osl" if timed.osl else "nodes",
+            "engine": timed.engine.key,
+            "quality": timed.quality,
+            "model": timed.model,
+            "shadows": timed.shadows,
+            "render_seconds": median(seconds[material]),
+            "own_seconds": median(seconds[own]),
+            "ratio": median(a / b for a, b in zip(seconds[material], seconds[own], strict=True)),
+        }
+
+    return [Step("GLSL  equation (1)", forms)] * (EEVEE in used) + [
+        Step(f"{timed.engine.label}  {timed.quality}  {timed.model}  {where}", partial(measure, timed, where))
+        for timed, where in product(TIMED_MATERIALS, places)
+        if timed.engine in used
+    ]
 
 
 def _sphere_seconds(sphere: SphereUnderSun, timed: TimedMaterial, material: bpy.types.Material) -> float:
@@ -175,14 +177,9 @@ def _five_seconds(five: FiveCharacters, timed: TimedMaterial, material: bpy.type
     return _seconds(partial(render.render, five.scene))
 
 
-def work(used: Sequence[Engine]) -> int:
-    """Return how many units of work `forms` and `groups` have."""
-    return (EEVEE in used) + 2 * sum(timed.engine in used for timed in TIMED_MATERIALS)
-
-
-def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return columns and rows for people."""
-    rows = []
+def table(records: Sequence[Record]) -> Table:
+    """Return a row for each form and each material."""
+    rows: list[tuple[str, ...]] = []
     for record in records:
         if "form" in record:
             operations = "-" if record["operations"] is None else str(record["operations"])

@@ -13,12 +13,11 @@ import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
+from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.models.vector import Vector, normalize
-
-if TYPE_CHECKING:
-    from true_diffuse.addon.measure.record import Record
+from true_diffuse.scripts.studies.study import Table, number_or_name
 
 RELATIVE, FLOOR, ABSOLUTE = 2e-5, 1e-4, 1e-6
 EXAMINED = 100  # of the random inputs, so many of the worst, and as many others, are worked out in all digits
@@ -80,7 +79,7 @@ class AccuracyCheck:
 
     def records(
         self, model: str, names: Sequence[str], families: Mapping[str, Sequence[Inputs]], got: Iterator[tuple[float, float, float]]
-    ) -> "list[Record]":
+    ) -> list[Record]:
         """Return a record for each family of inputs: its worst input, and how many inputs do as asked.
 
         `names` are those of the model's shape parameters; `got` gives the shader's values, one family after the other. Every input
@@ -111,8 +110,8 @@ class AccuracyCheck:
         return records
 
 
-def table(records: "Sequence[Record]") -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return columns and rows for people: one for each record, with its largest errors."""
+def table(records: Sequence[Record]) -> Table:
+    """Return a row for each record, with its largest errors."""
     columns = ("Model", "Case", "Target", "Inputs", "Relative", "Absolute", "As asked", "Due to input", "Sound")
     rows: list[tuple[str, ...]] = [
         (
@@ -148,22 +147,22 @@ def anywhere(dice: random.Random) -> Vector:
     return normalize((dice.gauss(0.0, 1.0), dice.gauss(0.0, 1.0), dice.gauss(0.0, 1.0)))
 
 
-def _findings(names: Sequence[str], results: Sequence[Result], truth: Callable[[Arguments], float]) -> "Record":
+def _findings(names: Sequence[str], results: Sequence[Result], truth: Callable[[Arguments], float]) -> Record:
     worst = max(results, key=lambda result: result.excess)
     outside = sorted((result for result in results if not result.excess <= 1.0), key=lambda result: -result.excess)
     n, l, v, albedo, shape = worst.arguments
-    vectors = {key: [_plain(x) for x in vector] for key, vector in (("n", n), ("l", l), ("v", v))}
+    vectors = {key: [number_or_name(x) for x in vector] for key, vector in (("n", n), ("l", l), ("v", v))}
     return {
-        "inputs": vectors | dict(zip(("albedo", *names), map(_plain, (albedo, *shape)), strict=True)),
+        "inputs": vectors | dict(zip(("albedo", *names), map(number_or_name, (albedo, *shape)), strict=True)),
         "expected": worst.expected,
-        "got": [_plain(value) for value in worst.got],
-        "error": _plain(worst.error),
+        "got": [number_or_name(value) for value in worst.got],
+        "error": number_or_name(worst.error),
         "allowed": worst.allowed,
         "uncertainty": _uncertainty(worst, truth),
         "finite": all(result.sound for result in results),
         "count": len(results),
-        "relative_error": _plain(max((r.error / r.expected for r in results if r.is_relative), default=0.0)),
-        "absolute_error": _plain(max((r.error for r in results if not r.is_relative), default=0.0)),
+        "relative_error": number_or_name(max((r.error / r.expected for r in results if r.is_relative), default=0.0)),
+        "absolute_error": number_or_name(max((r.error for r in results if not r.is_relative), default=0.0)),
         "share_within": 1.0 - len(outside) / len(results),
         "outside": len(outside),
         "conditioned": sum(result.error <= _uncertainty(result, truth) for result in outside[:EXAMINED]),
@@ -194,8 +193,3 @@ def _neighbors(x: float) -> tuple[float, float]:
     step = math.ldexp(1.0, max(exponent - 24, -149))
     inward = 0.5 * step if abs(fraction) == 0.5 and exponent > -125 else step  # below a power of 2 they lie twice as close
     return x - math.copysign(inward, x), x + math.copysign(step, x)
-
-
-def _plain(x: float) -> float | str:
-    """Return `x`, or its name where JSON has no number for it."""
-    return x if math.isfinite(x) else str(x)

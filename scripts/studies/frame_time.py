@@ -16,7 +16,7 @@ import bpy
 import gpu
 from mathutils import Vector
 
-from true_diffuse.addon.measure.record import Progress, Record
+from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.models import MODELS, Specular
 from true_diffuse.addon.realtime.models import SPECULAR, GlslModel, glsl_model
 from true_diffuse.addon.realtime.renderer import TRANSPARENT, Renderer
@@ -25,6 +25,7 @@ from true_diffuse.addon.realtime.view import View
 from true_diffuse.scenes import five_characters
 from true_diffuse.scripts.studies.cost import in_turns
 from true_diffuse.scripts.studies.formulations import FORMS, glsl_form
+from true_diffuse.scripts.studies.study import Step, Table, pivot
 
 SIGMA = 0.33
 INPUTS = {"Roughness": SIGMA, "IOR": 1.5, "Specular": Specular().specular, "Exponent": Specular().exponent}
@@ -50,7 +51,6 @@ VARIANTS: Mapping[str, GlslModel] = {
 GROWING = {name: VARIANTS[name] for name in (LAMBERT, OREN_NAYAR)}
 AS_BUILT_VARIANTS = {PLAIN_LAMBERT: VARIANTS[PLAIN_LAMBERT], **SHIPPED}
 
-type Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 type Times = Mapping[str, float]
 """Seconds of a frame by two clocks: readback (until a pixel is read back) and processor (of all threads)."""
 
@@ -183,35 +183,35 @@ def _series(quick: bool) -> dict[str, tuple[list[Setting], Mapping[str, GlslMode
     }
 
 
-def work(quick: bool) -> float:
-    """Return how many units of work `records` has: a frame's, and a fifth of that for each light."""
-    timed = [(setting, models) for settings, models in _series(quick).values() for setting in settings]
-    frames = sum(len(models) * _frame_work(setting) for setting, models in (*timed, (Setting(0), AS_BUILT_VARIANTS)))
-    return frames * (QUICK_ROUNDS if quick else ROUNDS)
+def steps(characters: Characters, quick: bool) -> list[Step]:
+    """Return steps that time each variant under each number of lights, how the cost grows (not if `quick`), and the scene as built.
 
-
-def records(characters: Characters, quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield a record for each variant, number of lights and clock, how the cost grows (not if `quick`), and the scene as built."""
+    There is a record for each variant and clock. A frame's work is 1, and a fifth of that for each light.
+    """
     rounds = QUICK_ROUNDS if quick else ROUNDS
+
+    def step(setting: Setting, models: Mapping[str, GlslModel], growing: list[Record], is_kept: bool = True) -> Step:
+        def measure() -> list[Record]:
+            found = compare(characters, setting, models, rounds)
+            growing.extend(one for one in found if one["model"] in GROWING)
+            return found if is_kept else []
+
+        name = f"{setting.lit_by}  {setting.pixels:g} x pixels  {setting.triangles:g} x triangles"
+        return Step(name, measure, len(models) * rounds * (1.0 + setting.lights / 5.0))
+
+    found = []
     for what, (settings, models) in _series(quick).items():
-        found = [one for setting in settings for one in compare(characters, setting, models, rounds, progress)]
-        if what == "lights":
-            yield from found
+        growing: list[Record] = []
+        found += [step(setting, models, growing, is_kept=what == "lights") for setting in settings]
         if not quick:
-            yield from growth(what, [one for one in found if one["model"] in GROWING])
-    yield from compare(characters, Setting(0), AS_BUILT_VARIANTS, rounds, progress)
+            found.append(Step(f"growth with {what}", partial(growth, what, growing), 0.0))
+    return [*found, step(Setting(0), AS_BUILT_VARIANTS, [])]
 
 
-def compare(
-    characters: Characters, setting: Setting, models: Mapping[str, GlslModel], rounds: int, progress: Progress
-) -> list[Record]:
+def compare(characters: Characters, setting: Setting, models: Mapping[str, GlslModel], rounds: int) -> list[Record]:
     """Return a record for each of `models` and each clock, timed in turns: medians and quartiles, also of the ratios."""
     about = {"lit_by": setting.lit_by, "lights": setting.lights, **characters.prepare(setting)}
-    text = f"{setting.lit_by}  {about['width']} x {about['height']}  {about['triangles']} triangles"
-    frame = _frame_work(setting)
-    with progress.step(text, len(models) * rounds * frame):
-        takes = {name: partial(characters.frame, model) for name, model in models.items()}
-        times = in_turns(takes, rounds, lambda done: progress.within(done * frame))
+    times = in_turns({name: partial(characters.frame, model) for name, model in models.items()}, rounds)
     found = []
     for name in models:
         for clock in CLOCKS:
@@ -244,15 +244,14 @@ def table(found: Sequence[Record], clock: str, absolute: bool) -> Table:
 
     Milliseconds are there if they are `absolute`.
     """
+
+    def cell(shared: list[Record]) -> str:
+        (one,) = shared
+        milliseconds = f"{1e3 * one['seconds']:.3g} ms  " if absolute else ""
+        return f"{milliseconds}{one['over_lambert']:.2f} / {one['over_plain_lambert']:.2f}"
+
     timed = [record for record in found if "over_plain_lambert" in record and record["clock"] == clock]
-    lights = tuple(dict.fromkeys(record["lit_by"] for record in timed))
-    cells = {}
-    for record in timed:
-        time = f"{1e3 * record['seconds']:.3g} ms  " if absolute else ""
-        cells[record["model"], record["lit_by"]] = f"{time}{record['over_lambert']:.2f} / {record['over_plain_lambert']:.2f}"
-    names = dict.fromkeys(record["model"] for record in timed)
-    rows: list[tuple[str, ...]] = [(name, *(cells.get((name, light), "") for light in lights)) for name in names]
-    return ("Model", *lights), rows
+    return pivot(timed, ("Model",), lambda one: (one["model"],), lambda one: one["lit_by"], cell)
 
 
 def growth_table(found: Sequence[Record], absolute: bool) -> Table:
@@ -267,10 +266,6 @@ def growth_table(found: Sequence[Record], absolute: bool) -> Table:
             unit = "" if record["grows_with"] == "lights" else " million"
             rows.append((f"{record['model']}, {record['clock']}", f"{most:.3g}{unit} {record['grows_with']}", *shares, *line))
     return ("Model", "At", "Fixed", "Grows", "Off the line", *("Line",) * absolute), rows
-
-
-def _frame_work(setting: Setting) -> float:
-    return 1.0 + setting.lights / 5.0
 
 
 def _spread(key: str, values: Sequence[float]) -> Record:

@@ -7,7 +7,8 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from functools import cache, partial
+from itertools import product
 from pathlib import Path
 from statistics import median
 
@@ -20,13 +21,14 @@ from true_diffuse.addon.blender.osl import compiles_osl
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.measure import error, render
-from true_diffuse.addon.measure.record import Progress, Record
+from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.addon.optimize.materials import OptimizedNode, optimize_materials, restore_materials, total
+from true_diffuse.addon.optimize.materials import OptimizedNode, optimize_materials, total
 from true_diffuse.scenes import five_characters
 from true_diffuse.scenes.sphere import sphere_under_sun
 from true_diffuse.scripts.characters import face
 from true_diffuse.scripts.studies import noise
+from true_diffuse.scripts.studies.study import Step, Table
 
 SAMPLES, PICTURE_SAMPLES = {EEVEE: 4, CYCLES: 32}, {EEVEE: 16, CYCLES: 256}
 FIVE, FACE, SPHERE = (240, 90), (200, 80), 96  # pixels
@@ -46,30 +48,22 @@ print("SECONDS", json.dumps(seconds), flush=True)
 """
 
 
-@dataclass(frozen=True)
-class TestScene:
-    """A scene for each engine, in one file; both engines may share one."""
+def test_scenes(load: Callable[[], bpy.types.Mesh], folder: Path) -> dict[str, Callable[[], dict[Engine, bpy.types.Scene]]]:
+    """Return what builds each test scene in an empty file, for each engine; `load` returns the human's mesh."""
 
-    name: str
-    scenes: dict[Engine, bpy.types.Scene]
+    def both(scene: bpy.types.Scene) -> dict[Engine, bpy.types.Scene]:
+        return {EEVEE: scene, CYCLES: scene}
 
-
-def test_scenes(load: Callable[[], bpy.types.Mesh], folder: Path) -> Iterator[TestScene]:
-    """Yield the test scenes, each built in an empty file; `load` returns the human's mesh."""
-    _empty_file()
-    five = five_characters.build(load(), 0.8, True, FIVE).scene
-    yield TestScene("five characters", {EEVEE: five, CYCLES: five})
-    _empty_file()
-    heads = face.build(load(), True, FACE).scene
-    yield TestScene("face", {EEVEE: heads, CYCLES: heads})
-    _empty_file()
-    imported = _imported(folder / "character.usdc")
-    yield TestScene("USD character", {EEVEE: imported, CYCLES: imported})
-    _empty_file()
-    yield TestScene("everything on", _everything())
+    return {
+        "five characters": lambda: both(five_characters.build(load(), 0.8, True, FIVE).scene),
+        "face": lambda: both(face.build(load(), True, FACE).scene),
+        "USD character": lambda: both(_imported(folder / "character.usdc")),
+        "everything on": _everything,
+    }
 
 
-def _empty_file() -> None:
+def empty_file() -> None:
+    """Start from a file with nothing in it."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
 
 
@@ -81,7 +75,7 @@ def _imported(file: Path) -> bpy.types.Scene:
     bpy.context.object.data.materials.append(materials.create("Skin", SUBSURFACE, **inputs))
     bpy.data.objects.remove(stage.sphere)
     bpy.ops.wm.usd_export(filepath=str(file), convert_world_material=False)
-    _empty_file()
+    empty_file()
     bpy.ops.wm.usd_import(filepath=str(file))
     usd.report.take()
     scene = bpy.context.scene
@@ -129,54 +123,53 @@ def _link_sockets(node: bpy.types.Node) -> None:
         tree.links.new(output, socket)
 
 
-def work(used: Sequence[Engine]) -> int:
-    """Return the work of `records`: a unit for each render process, and one for each pair of pictures."""
-    return 1 + 4 * len(used) * (2 * ROUNDS + 1)
-
-
-def records(load: Callable[[], bpy.types.Mesh], used: Sequence[Engine], folder: Path, progress: Progress) -> Iterator[Record]:
-    """Yield a record for each test scene and engine; `load` returns the human's mesh, files are written to `folder` and stay there.
+def steps(load: Callable[[], bpy.types.Mesh], used: Sequence[Engine], folder: Path) -> list[Step]:
+    """Return a step for each test scene and engine; `load` returns the human's mesh, files are written to `folder` and stay there.
 
     `rms_difference` is relative to the picture's RMS, without noise; `noise` is the difference that another seed makes.
     `first_seconds`, with the compilation of the materials, and `seconds` of a later render are medians, with renders before and
     after interleaved.
     """
-    with progress.step("Blender's own shaders", 1.0):
-        caches = _Caches(folder)
-    for test_scene in test_scenes(load, folder):
-        for engine in used:
-            scene = test_scene.scenes[engine]
-            with progress.step(f"Pictures  {engine.label}  {test_scene.name}", 1.0):
-                restore_materials()
-                width, height = scene.render.resolution_x, scene.render.resolution_y
-                render.crop(scene, render.Region(1, 0, width - 1, height))  # EEVEE's other noise needs the column at the left
-                engines.use(scene, engine, SAMPLES[engine])
-                before = _saved(folder / "before.blend")
-                original = _pair(scene, engine)
-                engines.use(scene, engine, SAMPLES[engine])
-                found = optimize_materials()
-                after = _saved(folder / "after.blend")
-                optimized = _pair(scene, engine)
-            pixels = range(len(original[0]) // 3)
-            runs: dict[Path, list[list[float]]] = {before: [], after: []}
-            for _ in range(ROUNDS):
-                for file, seconds in runs.items():
-                    with progress.step(f"{engine.label}  {test_scene.name}  {file.stem}", 1.0):
-                        seconds.append(_clock(file, scene.name, caches.next()))
-            yield {
-                "scene": test_scene.name,
-                "engine": engine.key,
-                "materials": len(found),
-                "rms_difference": noise.difference(optimized, original, pixels),
-                "noise": error.difference(*original, pixels),
-                **_counts("before", found),
-                **_counts("after", found),
-                **{
-                    f"{what}_{file.stem}": median(value for run in seconds for value in run[part])
-                    for file, seconds in runs.items()
-                    for what, part in (("first_seconds", slice(0, 1)), ("seconds", slice(1, None)))
-                },
-            }
+    builders = test_scenes(load, folder)
+
+    @cache
+    def caches() -> _Caches:
+        return _Caches(folder)
+
+    def measure(name: str, engine: Engine) -> Iterator[Record]:
+        shaders = caches()  # builds a file of its own
+        empty_file()
+        scene = builders[name]()[engine]
+        width, height = scene.render.resolution_x, scene.render.resolution_y
+        render.crop(scene, render.Region(1, 0, width - 1, height))  # EEVEE's other noise needs the column at the left
+        engines.use(scene, engine, SAMPLES[engine])
+        before = _saved(folder / "before.blend")
+        original = _pair(scene, engine)
+        engines.use(scene, engine, SAMPLES[engine])
+        found = optimize_materials()
+        after = _saved(folder / "after.blend")
+        optimized = _pair(scene, engine)
+        pixels = range(len(original[0]) // 3)
+        runs: dict[Path, list[list[float]]] = {before: [], after: []}
+        for _ in range(ROUNDS):
+            for file, seconds in runs.items():
+                seconds.append(_clock(file, scene.name, shaders.next()))
+        yield {
+            "scene": name,
+            "engine": engine.key,
+            "materials": len(found),
+            "rms_difference": noise.difference(optimized, original, pixels),
+            "noise": error.difference(*original, pixels),
+            **_counts("before", found),
+            **_counts("after", found),
+            **{
+                f"{what}_{file.stem}": median(value for run in seconds for value in run[part])
+                for file, seconds in runs.items()
+                for what, part in (("first_seconds", slice(0, 1)), ("seconds", slice(1, None)))
+            },
+        }
+
+    return [Step(f"{engine.label}  {name}", partial(measure, name, engine)) for name, engine in product(builders, used)]
 
 
 def _pair(scene: bpy.types.Scene, engine: Engine) -> noise.Pair:
@@ -200,7 +193,7 @@ class _Caches:
 
     def __init__(self, folder: Path) -> None:
         self.own, self.copy = folder / "own_shaders", folder / "shaders"
-        _empty_file()
+        empty_file()
         stage = sphere_under_sun(SPHERE)
         _scattering(stage.plain)
         engines.use(stage.scene, EEVEE, SAMPLES[EEVEE])
@@ -231,8 +224,8 @@ def _clock(file: Path, scene: str, cache: Path) -> list[float]:
     return json.loads(line.removeprefix("SECONDS"))
 
 
-def table(found: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return the columns and rows of a table of `records`."""
+def table(found: Sequence[Record]) -> Table:
+    """Return a row for each test scene and engine."""
     columns = ("Scene", "Engine", "Nodes", "Closures", "RMS difference", "Noise", "First render", "Later renders")
     return columns, [
         (

@@ -6,8 +6,7 @@ The referee where formulas disagree. Lengths are in mean free paths 1 / sigma_t.
 
 import math
 import random
-from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from true_diffuse.addon.models.fresnel import boundary
@@ -23,18 +22,6 @@ class Exit(NamedTuple):
     x: float
     y: float
     order: int
-
-
-class Walk(NamedTuple):
-    """Shares of the light that falls on the surface; what the surface itself mirrors counts as lost."""
-
-    reflectance: float
-    error: float
-    """Standard error of `reflectance`."""
-    single: float
-    """The part of `reflectance` that was scattered exactly once."""
-    rings: tuple[float, ...]
-    """The part that left within radii[0] of where it entered, between radii[0] and radii[1], ..., beyond the last."""
 
 
 def exits(albedo: float, eta: float = 1.0, mu_i: float | None = None, paths: int = 20_000, seed: int = 1) -> Iterator[list[Exit]]:
@@ -67,21 +54,3 @@ def exits(albedo: float, eta: float = 1.0, mu_i: float | None = None, paths: int
             sine = math.sqrt(1.0 - dz * dz)
             dx, dy = sine * math.cos(turn), sine * math.sin(turn)
         yield found
-
-
-def walk(
-    albedo: float, eta: float = 1.0, mu_i: float | None = None, radii: Sequence[float] = (), paths: int = 20_000, seed: int = 1
-) -> Walk:
-    """Return what `paths` random walks find; arguments as for `exits`. `radii` rise [mean free paths]."""
-    total = squares = single = 0.0
-    rings = [0.0] * (len(radii) + 1)
-    for found in exits(albedo, eta, mu_i, paths, seed):
-        left = sum(one.weight for one in found)
-        single += sum(one.weight for one in found if one.order == 1)
-        for one in found:
-            rings[bisect_right(radii, math.hypot(one.x, one.y))] += one.weight
-        total += left
-        squares += left * left
-    mean = total / paths
-    error = math.sqrt(max(0.0, squares / paths - mean * mean) / paths)
-    return Walk(mean, error, single / paths, tuple(share / paths for share in rings))

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How near each target of a model comes to its formula: records for the accuracy report."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from statistics import median
-from typing import Any
+from functools import cache, partial
+from itertools import product
 
 import bpy
 
@@ -16,12 +16,13 @@ from true_diffuse.addon.closures.lobe_error import lobe_error
 from true_diffuse.addon.closures.lobes import Rendered
 from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from true_diffuse.addon.material import materials
-from true_diffuse.addon.measure.record import Progress, Record, known
+from true_diffuse.addon.measure.record import Record, known
 from true_diffuse.addon.models import MODELS, Lambert, Model, ReflectanceModel, Specular
 from true_diffuse.addon.models.registry import IOR
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group, chosen_lights
 from true_diffuse.scenes.sphere import COLOR, SphereUnderSun, sky, three_lights
 from true_diffuse.scripts.studies import osl_values
+from true_diffuse.scripts.studies.study import Step, Table, percent, pivot, text
 
 SIGMAS = (0.2, 0.33, 1.0)
 LIGHT_DEGREES = (0.0, 30.0, 60.0, 90.0, 120.0)  # between light and viewer
@@ -51,6 +52,11 @@ class MeasuredModel:
     def is_rough(self) -> bool:
         return self.model is not None and self.model.is_rough
 
+    @property
+    def sigmas(self) -> tuple[float, ...]:
+        """The roughnesses at which a model beside the paper's own is measured."""
+        return OTHER_SIGMAS if self.is_rough else OTHER_SIGMAS[:1]
+
     def formula(self, roughness: float) -> Model:
         """Return its formula, of that roughness if it has one; else of the group's usual inputs."""
         return self.model.reference({"Roughness": roughness, "IOR": IOR.usual}) if self.model else Specular()
@@ -65,6 +71,7 @@ EVERY = {model.id: MeasuredModel(model) for model in MODELS.values()}
 PAPER, LAMBERT, EON = EVERY["oren_nayar"], EVERY["lambert"], EVERY["eon"]
 OTHERS = tuple(measured for measured in EVERY.values() if measured not in (PAPER, LAMBERT))
 SPECULAR = MeasuredModel(None)
+QUICK_MODELS = (PAPER, EON)
 
 
 @dataclass(frozen=True)
@@ -74,31 +81,45 @@ class Configuration:
     `in_shadow`: the quality for chosen lights follows another sun, too, from above, whose light is all in shadow.
     """
 
-    target: str
     engine: Engine
     quality: str
-    lobe_set: str | None
+    lobe_set: str | None = None
     osl: bool = False
     in_shadow: bool = False
 
     @property
+    def record(self) -> Record:
+        """What every record of it has."""
+        quality = f"{self.quality}, another in shadow" if self.in_shadow else self.quality
+        return {"target": "osl" if self.osl else "nodes", "engine": self.engine.key, "quality": quality}
+
+    @property
     def name(self) -> str:
-        return f"{self.quality}, another in shadow" if self.in_shadow else self.quality
+        return "  ".join(self.record.values())
+
+    def renders(self, measured: MeasuredModel) -> bool:
+        """Return whether the target has the model."""
+        return not (self.osl and measured.model and measured.model.osl is None)
 
 
 CONFIGURATIONS = (
-    Configuration("nodes", EEVEE, FAST, SINGLE),
-    Configuration("nodes", EEVEE, BALANCED, PAIR),
-    Configuration("nodes", EEVEE, PRECISE, SIGNED),
-    Configuration("nodes", EEVEE, CHOSEN_LIGHTS, None),
-    Configuration("nodes", CYCLES, BALANCED, CYCLES_LOBES),
-    Configuration("nodes", CYCLES, CHOSEN_LIGHTS, None),
-    Configuration("osl", CYCLES, BALANCED, None, osl=True),
+    Configuration(EEVEE, FAST, SINGLE),
+    Configuration(EEVEE, BALANCED, PAIR),
+    Configuration(EEVEE, PRECISE, SIGNED),
+    Configuration(EEVEE, CHOSEN_LIGHTS),
+    Configuration(CYCLES, BALANCED, CYCLES_LOBES),
+    Configuration(CYCLES, CHOSEN_LIGHTS),
+    Configuration(CYCLES, BALANCED, osl=True),
 )
-SPECULAR_CONFIGURATIONS = tuple(
-    Configuration("nodes", engine, quality, None) for engine in (EEVEE, CYCLES) for quality in (BALANCED, CHOSEN_LIGHTS)
-)
-IN_SHADOW = Configuration("nodes", CYCLES, CHOSEN_LIGHTS, None, in_shadow=True)
+SPECULAR_CONFIGURATIONS = tuple(Configuration(*each) for each in product((EEVEE, CYCLES), (BALANCED, CHOSEN_LIGHTS)))
+IN_SHADOW = Configuration(CYCLES, CHOSEN_LIGHTS, in_shadow=True)
+
+
+def configurations(
+    used: Sequence[Engine], measured: Iterable[MeasuredModel], among: Iterable[Configuration] = CONFIGURATIONS
+) -> list[tuple[Configuration, MeasuredModel]]:
+    """Return each configuration of the engines `used` with each model that it renders."""
+    return [(one, each) for one, each in product(among, measured) if one.engine in used and one.renders(each)]
 
 
 @dataclass(frozen=True)
@@ -111,159 +132,117 @@ class Case:
     shown: MeasuredModel | None = None
 
     @property
-    def name(self) -> str:
-        quality = f"{self.shown.name} instead" if self.shown else self.configuration.name
-        roughness = f"  {self.sigma:g}" if self.measured.is_rough else ""
-        return f"{self.configuration.engine.label}  {self.configuration.target}  {quality}  {self.measured.name}{roughness}"
+    def record(self) -> Record:
+        """What every record of it has."""
+        quality = {"quality": "plain Lambert"} if self.shown else {}
+        sigma = self.sigma if self.measured.is_rough else None
+        return {**self.configuration.record, **quality, "model": self.measured.name, "sigma": sigma}
 
 
 def cases(used: Sequence[Engine], quick: bool) -> list[Case]:
     """Return what to measure with the engines `used`: the paper's model first, as Lambert too, then the others, then specular."""
     result = []
-    configurations = [configuration for configuration in CONFIGURATIONS if compiles_osl() or not configuration.osl]
     for engine in used:
-        plain = Configuration("nodes", engine, BALANCED, None)
-        result += [Case(plain, PAPER, sigma, LAMBERT) for sigma in (QUICK_SIGMAS if quick else SIGMAS)]
-        for configuration in configurations:
-            if configuration.engine is engine:
-                result += [Case(configuration, PAPER, sigma) for sigma in (QUICK_SIGMAS if quick else SIGMAS)]
-        if engine is IN_SHADOW.engine and not quick:
-            result += [Case(IN_SHADOW, PAPER, sigma) for sigma in SIGMAS]
-        for measured in () if quick else OTHERS:
-            sigmas = OTHER_SIGMAS if measured.is_rough else OTHER_SIGMAS[:1]
-            for configuration in configurations:
-                if configuration.engine is engine and not (configuration.osl and measured.model and measured.model.osl is None):
-                    result += [Case(configuration, measured, sigma) for sigma in sigmas]
+        own = [each for each in CONFIGURATIONS if each.engine is engine and (compiles_osl() or not each.osl)]
+        shadow = [IN_SHADOW] if engine is IN_SHADOW.engine and not quick else []
+        sigmas = QUICK_SIGMAS if quick else SIGMAS
+        result += [Case(Configuration(engine, BALANCED), PAPER, sigma, LAMBERT) for sigma in sigmas]
+        result += [Case(each, PAPER, sigma) for each in own + shadow for sigma in sigmas]
         if not quick:
-            result += [
-                Case(configuration, SPECULAR, 0.0)
-                for configuration in (*SPECULAR_CONFIGURATIONS, IN_SHADOW)
-                if configuration.engine is engine
-            ]
+            result += [Case(c, other, sigma) for other in OTHERS for c in own if c.renders(other) for sigma in other.sigmas]
+            result += [Case(each, SPECULAR, 0.0) for each in (*SPECULAR_CONFIGURATIONS, *shadow) if each.engine is engine]
     return result
 
 
-def rough(sphere: SphereUnderSun, used: Sequence[Engine], samples: int, quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield a record for each case and angle of the light: the sphere's RMS error and the lobe error, as shares of 1.
+def rough(sphere: SphereUnderSun, used: Sequence[Engine], samples: int, quick: bool) -> list[Step]:
+    """Return a step for each case and angle of the light, whose record has the sphere's RMS error and the lobe error, as fractions.
 
-    The work is `rough_work` to `progress`. The lobe error is None where the light is what decides.
+    The lobe error is None where the light is what decides.
     """
     other = sphere.sun.copy()  # shines from its own z axis: from above
     other.matrix_world.identity()
-    every = cases(used, quick)
-    measured = _osl_lobe_errors(every, progress)
-    for case in every:
-        configuration, model = case.configuration, case.measured.formula(case.sigma)
+    every, osl_errors = cases(used, quick), dict[Case, float]()
+    chosen = {case: case.measured.model.id for case in every if case.configuration.osl and case.measured.model}
+
+    def measure_osl_lobes() -> Iterator[Record]:
+        shown = [osl_values.Shown(model, case.measured.formula(case.sigma), case.sigma) for case, model in chosen.items()]
+        osl_errors.update(zip(chosen, osl_values.lobe_errors(shown), strict=True))
+        return iter(())
+
+    @cache
+    def prepare(case: Case) -> tuple[bpy.types.Material, float | None]:
+        """Return the material and the lobe error of a case, with the scene ready for it."""
+        configuration, model, shown = case.configuration, case.measured.formula(case.sigma), case.shown or case.measured
         chosen_lights.choose([sphere.sun, other] if configuration.in_shadow else [sphere.sun])
         sphere.scene.cycles.shading_system = configuration.osl
         rendered = Lambert() if case.shown else Rendered(model, configuration.lobe_set) if configuration.lobe_set else None
-        error_of_lobes = lobe_error(rendered, model) if rendered else measured.get(case)
-        shown = case.shown or case.measured
         material = shown.material(configuration.quality, Color=COLOR, **({"Roughness": case.sigma} if shown.is_rough else {}))
-        for angle in _degrees(quick):
-            with progress.step(f"{case.name}  {angle:g} degrees", 1.0):
-                seconds, (errors,) = sphere.measure(material, (model,), configuration.engine, samples, angle)
-            yield {
-                "target": configuration.target,
-                "engine": configuration.engine.key,
-                "quality": "plain Lambert" if case.shown else configuration.name,
-                "model": case.measured.name,
-                "sigma": case.sigma if case.measured.is_rough else None,
-                "light_degrees": angle,
-                "samples": samples,
-                "rms_error": known(errors.rms),
-                "lobe_error": error_of_lobes,
-                "render_seconds": seconds,
-            }
+        return material, lobe_error(rendered, model) if rendered else osl_errors.get(case)
+
+    def measure(case: Case, degrees: float) -> Iterator[Record]:
+        material, error_of_lobes = prepare(case)
+        model, engine = case.measured.formula(case.sigma), case.configuration.engine
+        seconds, (errors,) = sphere.measure(material, (model,), engine, samples, degrees)
+        yield {
+            **case.record,
+            "light_degrees": degrees,
+            "samples": samples,
+            "rms_error": known(errors.rms),
+            "lobe_error": error_of_lobes,
+            "render_seconds": seconds,
+        }
+
+    steps = [Step("osl  lobe errors", measure_osl_lobes, OSL_WORK)] if chosen else []
+    for case, degrees in product(every, QUICK_LIGHT_DEGREES if quick else LIGHT_DEGREES):
+        about = filter(None, map(str, case.record.values()))
+        steps.append(Step(f"{'  '.join(about)}  {degrees:g} degrees", partial(measure, case, degrees)))
+    return steps
 
 
-def rough_work(used: Sequence[Engine], quick: bool) -> float:
-    """Return how many units of work `rough` has: one for each record, and OSL's lobe errors."""
-    every = cases(used, quick)
-    return len(every) * len(_degrees(quick)) + OSL_WORK * any(case.configuration.osl for case in every)
+def between_engines(sphere: SphereUnderSun) -> list[Step]:
+    """Return a step for each quality of EEVEE and sigma: its RMS difference from Cycles under three lights, a sky, and both.
 
-
-def _osl_lobe_errors(every: Sequence[Case], progress: Progress) -> dict[Case, float]:
-    """Return the lobe errors of those cases that OSL renders."""
-    chosen = {case: case.measured.model.id for case in every if case.configuration.osl and case.measured.model}
-    if not chosen:
-        return {}
-    with progress.step("Cycles  osl  lobe errors", OSL_WORK):
-        shown = [osl_values.Shown(model, case.measured.formula(case.sigma), case.sigma) for case, model in chosen.items()]
-        return dict(zip(chosen, osl_values.lobe_errors(shown), strict=True))
-
-
-def between_engines(sphere: SphereUnderSun, progress: Progress) -> Iterator[Record]:
-    """Yield a record for each quality of EEVEE and sigma: its RMS difference from Cycles under three lights, a sky, and both.
-
-    Cycles renders the same material without OSL. Each record is one unit of work to `progress`.
+    Cycles renders the same material without OSL.
     """
     lights, world = three_lights(), sky(*SKY)
-    for measured, quality, sigma in _pairs():
+    pairs = [(LAMBERT, BALANCED, 0.0)]
+    for quality in (FAST, BALANCED, PRECISE):
+        pairs += [(PAPER, quality, sigma) for sigma in SIGMAS] + [(EVERY["cycles_diffuse"], quality, 0.33)]
+    lit_by = {"lights": (lights, None), "sky": ((), world), "lights and sky": (lights, world)}
+
+    def measure(measured: MeasuredModel, quality: str, sigma: float) -> Iterator[Record]:
         material = measured.material(quality, Color=COLOR, Roughness=sigma)
-        for name, used, background in (("lights", lights, None), ("sky", (), world), ("lights and sky", lights, world)):
-            with progress.step(f"EEVEE and Cycles  {name}  {quality}  {measured.name}  {sigma:g}", 1.0):
-                seconds, difference = sphere.between_engines(material, used, background, ENGINES_SAMPLES)
+        for light, (used, background) in lit_by.items():
+            seconds, difference = sphere.between_engines(material, used, background, ENGINES_SAMPLES)
             yield {
                 "quality": quality,
                 "model": measured.name,
                 "sigma": sigma if measured.is_rough else None,
-                "light": name,
+                "light": light,
                 "samples": ENGINES_SAMPLES,
                 "rms_difference": known(difference),
                 "render_seconds": seconds,
             }
 
-
-def between_engines_work() -> int:
-    """Return how many records `between_engines` will give."""
-    return 3 * len(_pairs())
+    return [Step(f"EEVEE and Cycles  {pair[1]}  {pair[0].name}  {pair[2]:g}", partial(measure, *pair)) for pair in pairs]
 
 
-def _pairs() -> list[tuple[MeasuredModel, str, float]]:
-    pairs = [(LAMBERT, BALANCED, 0.0)]
-    for quality in (FAST, BALANCED, PRECISE):
-        pairs += [(PAPER, quality, sigma) for sigma in SIGMAS] + [(EVERY["cycles_diffuse"], quality, 0.33)]
-    return pairs
+def rough_table(records: Sequence[Record]) -> Table:
+    """Return a row for each case: its errors in %, those of all angles side by side."""
+
+    def row(one: Record) -> tuple[str, ...]:
+        way = one["target"] if one["target"] == "osl" else one["quality"]
+        return f"{one['engine']} {way}", one["model"], text(one["sigma"]), percent(one["lobe_error"])
+
+    titles = ("Configuration", "Model", "Sigma", "Lobes")
+    return pivot(records, titles, row, lambda one: f"{one['light_degrees']:g}\u00b0", lambda found: percent(found[0]["rms_error"]))
 
 
-def _degrees(quick: bool) -> tuple[float, ...]:
-    return QUICK_LIGHT_DEGREES if quick else LIGHT_DEGREES
+def between_engines_table(records: Sequence[Record]) -> Table:
+    """Return a row for each material, in %."""
+    titles = ("Quality", "Model", "Sigma")
 
+    def row(one: Record) -> tuple[str, ...]:
+        return one["quality"], one["model"], text(one["sigma"])
 
-def rough_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return columns and rows for people: a row for each case, its errors in %, those of all angles side by side."""
-    angles = sorted({record["light_degrees"] for record in records})
-    columns = ("Configuration", "Model", "Sigma", "Lobes", *(f"{angle:g}\u00b0" for angle in angles), "s")
-    groups: dict[tuple[Any, ...], list[Record]] = {}
-    for record in records:
-        configuration = f"{record['engine']} {record['target'] if record['target'] == 'osl' else record['quality']}"
-        key = (configuration, record["model"], record["sigma"])
-        groups.setdefault(key, []).append(record)
-    rows: list[tuple[str, ...]] = []
-    for (configuration, model, sigma), group in groups.items():
-        errors = (_percent(record["rms_error"]) for record in group)
-        seconds = f"{median(record['render_seconds'] for record in group):.2f}"
-        rows.append((configuration, model, _sigma(sigma), _percent(group[0]["lobe_error"]), *errors, seconds))
-    return columns, rows
-
-
-def between_engines_table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return columns and rows for people: a row for each material, in %."""
-    lights = list(dict.fromkeys(record["light"] for record in records))
-    groups: dict[tuple[Any, ...], list[Record]] = {}
-    for record in records:
-        groups.setdefault((record["quality"], record["model"], record["sigma"]), []).append(record)
-    rows: list[tuple[str, ...]] = [
-        (quality, model, _sigma(sigma), *(_percent(record["rms_difference"]) for record in group))
-        for (quality, model, sigma), group in groups.items()
-    ]
-    return ("Quality", "Model", "Sigma", *lights), rows
-
-
-def _percent(share: float | None) -> str:
-    return "-" if share is None else f"{100.0 * share:.2f}"
-
-
-def _sigma(sigma: float | None) -> str:
-    return "-" if sigma is None else f"{sigma:g}"
+    return pivot(records, titles, row, lambda one: one["light"], lambda found: percent(found[0]["rms_difference"]))

@@ -6,17 +6,19 @@ R(r) is the fraction of the beam's light that leaves at the distance r, per area
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from statistics import fmean
 
 from true_diffuse.addon.blender.engines import EEVEE, Engine
 from true_diffuse.addon.closures import subsurface_fit
-from true_diffuse.addon.measure.record import Progress, Record
+from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.models.burley import EDGE_WIDTH_25_75, Burley
 from true_diffuse.addon.models.dipole import StandardDipole
 from true_diffuse.addon.models.medium import Channel
 from true_diffuse.addon.models.quadrature import integrate
 from true_diffuse.scenes.slab import slab
+from true_diffuse.scripts.studies.study import Step, Table, text
 from true_diffuse.scripts.studies.subsurface import HALF_SPACE, METHODS, Method, material
 
 ALBEDO = 0.8
@@ -30,24 +32,17 @@ RENDERED = ("#c0392b", "#2471a3", "#8e44ad", "#b7950b", "#1e8449")
 LEFT, RIGHT, TOP, BOTTOM = 80, 20, 20, 50  # of the diagram's frame [pixels]
 
 
-def work(used: Sequence[Engine]) -> int:
-    """Return the work of `records`: a unit for each method."""
-    return sum(method.engine in used for method in METHODS)
-
-
-def records(used: Sequence[Engine], samples: Mapping[str, int], progress: Progress) -> Iterator[Record]:
-    """Yield, for each method and ring, the mean of R over the ring, as rendered, by Burley and by the standard dipole.
+def steps(used: Sequence[Engine], samples: Mapping[str, int]) -> list[Step]:
+    """Return steps that yield, for each method and ring, the mean of R over it, as rendered, by Burley and by the standard dipole.
 
     `samples` is by the engine's key. The dipole has the medium of Random Walk, without a boundary.
     """
     burley = Burley(subsurface_fit.edge_width(ALBEDO) / EDGE_WIDTH_25_75)
     s = subsurface_fit.BEAM.s(ALBEDO)
     dipole = StandardDipole(Channel.from_albedo(1.0 - s * s, 1.0), 1.0)
-    for method in METHODS:
-        if method.engine not in used:
-            continue
-        with progress.step(f"Searchlight  {method.engine.label}  {method.label}", 1.0):
-            fractions = _fractions(method, samples[method.engine.key])
+
+    def measure(method: Method) -> Iterator[Record]:
+        fractions = _fractions(method, samples[method.engine.key])
         for (inner, outer), fraction in zip(pairwise(RADII), fractions, strict=True):
             area = math.pi * (outer * outer - inner * inner)
             yield {
@@ -62,15 +57,14 @@ def records(used: Sequence[Engine], samples: Mapping[str, int], progress: Progre
                 "samples": samples[method.engine.key],
             }
 
+    return [Step(f"Searchlight  {method.name}", partial(measure, method)) for method in METHODS if method.engine in used]
+
 
 def _fractions(method: Method, samples: int) -> list[float | None]:
     """Return the fraction of the beam's light in each ring, None where EEVEE's pixels are too wide."""
     path, first = (SCREEN_PATH, SCREEN_FIRST) if method.engine is EEVEE else (1.0, 0)
-    shown, radii, body = (
-        material(method, (ALBEDO,) * 3, (path,) * 3),
-        [path * r for r in RADII[first:]],
-        slab(HALF_SPACE * path),
-    )
+    shown, body = material(method, (ALBEDO,) * 3, (path,) * 3), slab(HALF_SPACE * path)
+    radii = [path * r for r in RADII[first:]]
     if method.engine is EEVEE:
         rings = body.around_spot(shown, method.engine, samples, SCREEN_SIZE, SCREEN_VIEW * path, radii)
     else:
@@ -86,18 +80,14 @@ def curves(found: Sequence[Record]) -> dict[str, list[float | None]]:
     return result
 
 
-def table(found: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return the columns and rows of a table of `records`: R of each curve, a row for each ring."""
+def table(found: Sequence[Record]) -> Table:
+    """Return R of each curve, a row for each ring."""
     columns = curves(found)
     rows: list[tuple[str, ...]] = [
-        (f"{inner:.2f}", f"{outer:.2f}", *(_figure(values[k]) for values in columns.values()))
+        (f"{inner:.2f}", f"{outer:.2f}", *(text(values[k], ".3g") for values in columns.values()))
         for k, (inner, outer) in enumerate(pairwise(RADII))
     ]
     return ("From", "To, mfp", *columns), rows
-
-
-def _figure(x: float | None) -> str:
-    return "-" if x is None else f"{x:.3g}"
 
 
 def svg(found: Sequence[Record], width: int, height: int) -> str:

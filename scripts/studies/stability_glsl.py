@@ -6,14 +6,16 @@ What is asked of them is in float32_accuracy.py.
 
 import math
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
-from true_diffuse.addon.measure.record import Progress, Record
+from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.models import MODELS, ReflectanceModel
 from true_diffuse.addon.models.vector import Vector, add, dot, from_polar, normalize, scale
 from true_diffuse.scripts.studies.float32_accuracy import AccuracyCheck, Arguments, Reference, anywhere, single, single_vector
 from true_diffuse.scripts.studies.glsl_values import evaluate
+from true_diffuse.scripts.studies.study import Step
 
 COUNT = 100_000
 
@@ -82,26 +84,21 @@ class Inputs:
         return ((*self.n, self.albedo), (*self.l, *self.parameters[:1]), (*self.v, *self.parameters[1:]))
 
 
-def stability(exact: Reference, quick: Reference, count: int, progress: Progress) -> Iterator[Record]:
-    """Yield a record for each model and family of cases: its worst input, and how many inputs do as asked.
+def stability(exact: Reference, quick: Reference, count: int) -> list[Step]:
+    """Return a step for each model, with a record for each family of cases: its worst input, and how many inputs do as asked.
 
-    `exact` gives a formula's value in all digits, `quick` in 64-bit floats. There are `count` random inputs of each model. Each
-    model is one unit of work to `progress`.
+    `exact` gives a formula's value in all digits, `quick` in 64-bit floats. There are `count` random inputs of each model.
     """
     check, dice = AccuracyCheck("glsl", exact, quick), random.Random(1)
     directions = [_lit(dice) for _ in range(count)]
-    for shader in DRAWN:
-        with progress.step(f"GLSL  {shader.model}", 1.0):
-            families = {"random": _random(shader, directions), **_adversarial(shader)}
-            rows = [inputs.row() for family in families.values() for inputs in family]
-            got = iter(evaluate(shader.model, shader.call(), rows))
-            records = check.records(shader.model, [parameter.name for parameter in shader.parameters], families, got)
-        yield from records
 
+    def measure(shader: Shader) -> list[Record]:
+        families = {"random": _random(shader, directions), **_adversarial(shader)}
+        rows = [inputs.row() for family in families.values() for inputs in family]
+        got = iter(evaluate(shader.model, shader.call(), rows))
+        return check.records(shader.model, [parameter.name for parameter in shader.parameters], families, got)
 
-def work() -> int:
-    """Return how many units of work `stability` has."""
-    return len(DRAWN)
+    return [Step(f"GLSL  {shader.model}", partial(measure, shader)) for shader in DRAWN]
 
 
 def _lit(dice: random.Random) -> tuple[Vector, Vector, Vector]:

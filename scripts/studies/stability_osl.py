@@ -6,44 +6,44 @@ What is asked of them is in float32_accuracy.py.
 
 import math
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import product
 
-from true_diffuse.addon.measure.record import Progress, Record
+from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.models import MODELS
 from true_diffuse.addon.models.registry import Osl
 from true_diffuse.addon.models.vector import Vector, add, dot, normalize, scale
 from true_diffuse.scripts.studies.float32_accuracy import AccuracyCheck, Reference, anywhere, single, single_vector
 from true_diffuse.scripts.studies.osl_values import EXACT, VIEWER, Inputs, Sun, drawn, evaluate, suns
+from true_diffuse.scripts.studies.study import Step
 
 COUNT, SUNS = 100_000, 12
 RENDER_WORK = 8  # as long as so many models take
 
 
-def stability(exact: Reference, quick: Reference, count: int, progress: Progress) -> Iterator[Record]:
-    """Yield a record for each model and family of cases: its worst input, and how many inputs do as asked.
+def stability(exact: Reference, quick: Reference, count: int) -> list[Step]:
+    """Return steps that yield a record for each model and family of cases: its worst input, and how many inputs do as asked.
 
     `exact` gives a formula's value in all digits, `quick` in 64-bit floats. All random inputs are of models that are exact, `count`
     of each, and of those whose error is that of one ramp, as Wolff's; the other families are of all models, of which those that are
-    not exact are only asked to be sound. The work is `work` to `progress`.
+    not exact are only asked to be sound. All are rendered at once, in the first step.
     """
-    check = AccuracyCheck("osl", exact, quick)
-    with progress.step("OSL", RENDER_WORK):
-        families = _cases(count)
-        got = iter(evaluate([one for family in families.values() for one in family]))
-    for model in drawn():
+    check, families = AccuracyCheck("osl", exact, quick), _cases(count)
+    values: list[tuple[float, float, float]] = []
+    got = iter(values)
+
+    def render() -> list[Record]:
+        values.extend(evaluate([one for family in families.values() for one in family]))
+        return []
+
+    def measure(model: str) -> list[Record]:
         parameter = MODELS[model].parameter
-        names = [parameter.name] if parameter else []
-        with progress.step(f"OSL  {model}", 1.0):
-            own = {case: family for (of, case), family in families.items() if of == model}
-            records = check.records(model, names, own, got)
-        yield from records
+        own = {case: family for (of, case), family in families.items() if of == model}
+        return check.records(model, [parameter.name] if parameter else [], own, got)
 
-
-def work() -> int:
-    """Return how many units of work `stability` has."""
-    return RENDER_WORK + len(drawn())
+    return [Step("OSL", render, RENDER_WORK), *(Step(f"OSL  {model}", partial(measure, model)) for model in drawn())]
 
 
 def _between(sun: Sun, mu_i: float, mu_o: float) -> Vector | None:

@@ -10,6 +10,7 @@ from decimal import Decimal, localcontext
 from functools import partial
 from typing import Any
 
+from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.models import half_space
 from true_diffuse.addon.models.burley import Burley
 from true_diffuse.addon.models.dipole import StandardDipole, standard_a
@@ -17,8 +18,8 @@ from true_diffuse.addon.models.fresnel import passing
 from true_diffuse.addon.models.medium import LONGEST, SHORTEST, Channel
 from true_diffuse.addon.models.quadrature import integrate
 from true_diffuse.scripts.studies.dipoles import BetterDipole, standard_inverse
+from true_diffuse.scripts.studies.study import Table, number_or_name
 
-type Record = dict[str, Any]
 type Number = Any  # float or Decimal
 type Functions = Any  # what has sqrt and exp of that Number: the module math or the class Decimal
 
@@ -52,17 +53,12 @@ def _record(model: str, case: str, got: float, expected: float, plain: Callable[
     return {
         "model": model,
         "case": case,
-        "plain": _json(printed),
-        "got": _json(got),
+        "plain": number_or_name(printed),
+        "got": number_or_name(got),
         "expected": expected,
-        "error": _json(abs(got - expected) / (abs(expected) or 1.0)),
+        "error": number_or_name(abs(got - expected) / (abs(expected) or 1.0)),
         "finite": math.isfinite(got),
     }
-
-
-def _json(x: float) -> float | str:
-    """Return `x`, or its name where JSON has no number for it."""
-    return x if math.isfinite(x) else str(x)
 
 
 def jensen_fdr(eta: float) -> float:
@@ -271,8 +267,8 @@ def van_de_hulst(alpha: float) -> float:
     return (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s)
 
 
-def table(found: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return the columns and rows of a table of `records`."""
+def table(found: Sequence[Record]) -> Table:
+    """Return a row for each record."""
 
     def text(value: float | str) -> str:
         return value if isinstance(value, str) else f"{value:.6g}"

@@ -7,7 +7,8 @@ where pixels show it, the `noise`: the standard error of `got` over `expected`. 
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from itertools import pairwise
+from functools import partial
+from itertools import pairwise, product
 from typing import NamedTuple
 
 import bpy
@@ -15,14 +16,15 @@ import bpy
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, Engine
 from true_diffuse.addon.closures import subsurface_fit
 from true_diffuse.addon.material import materials
-from true_diffuse.addon.measure.record import Progress, Record
+from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.models.burley import EDGE_WIDTH_25_75, Burley
 from true_diffuse.addon.models.half_space import plane_albedo
-from true_diffuse.addon.models.medium import MEDIA
+from true_diffuse.addon.models.medium import MEDIA, Medium
 from true_diffuse.addon.nodes import SUBSURFACE
 from true_diffuse.scenes.elements import uniform_world
 from true_diffuse.scenes.slab import Mean, slab
 from true_diffuse.scripts.studies.edge_profile import edge_width
+from true_diffuse.scripts.studies.study import Step, Table, pivot, text
 
 
 class Method(NamedTuple):
@@ -35,6 +37,10 @@ class Method(NamedTuple):
     def label(self) -> str:
         """The method's name; EEVEE has one method, whatever the menu says."""
         return "screen space" if self.engine is EEVEE else self.entry
+
+    @property
+    def name(self) -> str:
+        return f"{self.engine.label}  {self.label}"
 
 
 WALK, BURLEY = Method(CYCLES, "Random Walk"), Method(CYCLES, "Christensen-Burley")
@@ -110,43 +116,44 @@ def _record(case: str, method: Method, quantity: str, expected: float | None, go
     }
 
 
-def profile(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield the light that Cycles' Christensen-Burley spreads into rings, against the closed form, and the rings' RMS error.
+def profile(used: Sequence[Engine], quick: bool) -> list[Step]:
+    """Return the step that yields the light that Cycles' Christensen-Burley spreads into rings, against the closed form.
 
-    It is one unit of work to `progress`.
+    Its last record is the RMS error of the rings.
     """
-    if CYCLES not in used:
-        return
-    with progress.step("Profile  Cycles  Christensen-Burley", 1.0):
+
+    def measure() -> Iterator[Record]:
         shown = material(BURLEY, (PROFILE_ALBEDO,) * 3, (1.0,) * 3)
         shares, *_ = slab(HALF_SPACE).rings(shown, CYCLES, RING_SAMPLES // 4 if quick else RING_SAMPLES, RADII)
-    exact = Burley(subsurface_fit.edge_width(PROFILE_ALBEDO) / EDGE_WIDTH_25_75)
-    errors = []
-    for (inner, outer), got in zip(pairwise(RADII), shares, strict=True):
-        expected = PROFILE_ALBEDO * (exact.cdf(outer) - exact.cdf(inner))
-        errors.append(got / expected - 1.0)
-        yield _record(f"albedo {PROFILE_ALBEDO:g}", BURLEY, f"share from {inner:.3f} to {outer:.3f} mfp", expected, got)
-    rms = math.sqrt(sum(error * error for error in errors) / len(errors))
-    yield {**_record(f"albedo {PROFILE_ALBEDO:g}", BURLEY, "profile, RMS of the rings' errors", 0.0, rms), "error": rms}
+        exact = Burley(subsurface_fit.edge_width(PROFILE_ALBEDO) / EDGE_WIDTH_25_75)
+        case, errors = f"albedo {PROFILE_ALBEDO:g}", []
+        for (inner, outer), got in zip(pairwise(RADII), shares, strict=True):
+            expected = PROFILE_ALBEDO * (exact.cdf(outer) - exact.cdf(inner))
+            errors.append(got / expected - 1.0)
+            yield _record(case, BURLEY, f"share from {inner:.3f} to {outer:.3f} mfp", expected, got)
+        rms = math.sqrt(sum(error * error for error in errors) / len(errors))
+        yield {**_record(case, BURLEY, "profile, RMS of the rings' errors", 0.0, rms), "error": rms}
+
+    return [Step("Profile  Cycles  Christensen-Burley", measure)] if CYCLES in used else []
 
 
-def media(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield each of the twelve media's reflectance of a beam at normal incidence, in Random Walk, against the exact one.
+def media(used: Sequence[Engine], quick: bool) -> list[Step]:
+    """Return steps that yield the media's reflectance of a beam at normal incidence, in Random Walk, against the exact one."""
 
-    Each medium is one unit of work to `progress`.
-    """
-    chosen = MEDIA[3::5] if quick else MEDIA
-    for method in _of((WALK, SCREEN), used):
-        for batch in _batches(method, chosen):
-            names = ", ".join(medium.name for medium in batch)
-            with progress.step(f"Media  {method.engine.label}  {names}", len(batch)):
-                colors = [[plane_albedo(alpha, subsurface_fit.MU) for alpha in medium.albedo] for medium in batch]
-                shown = [material(method, color, medium.mean_free_path) for color, medium in zip(colors, batch, strict=True)]
-                longest = max(max(medium.mean_free_path) for medium in batch)
-                found = slab(HALF_SPACE * longest, len(batch)).albedos(shown, method.engine, _samples(method, MEDIA_SAMPLES))
-            for medium, color, means in zip(batch, colors, found, strict=True):
-                for channel, expected, mean in zip(CHANNELS, color, means, strict=True):
-                    yield _record(f"{medium.name}, {channel}", method, "reflectance", expected, *mean)
+    def measure(method: Method, batch: Sequence[Medium]) -> Iterator[Record]:
+        colors = [[plane_albedo(alpha, subsurface_fit.MU) for alpha in medium.albedo] for medium in batch]
+        shown = [material(method, color, medium.mean_free_path) for color, medium in zip(colors, batch, strict=True)]
+        longest = max(max(medium.mean_free_path) for medium in batch)
+        found = slab(HALF_SPACE * longest, len(batch)).albedos(shown, method.engine, _samples(method, MEDIA_SAMPLES))
+        for medium, color, means in zip(batch, colors, found, strict=True):
+            for channel, expected, mean in zip(CHANNELS, color, means, strict=True):
+                yield _record(f"{medium.name}, {channel}", method, "reflectance", expected, *mean)
+
+    return [
+        Step(f"Media  {method.name}  {', '.join(medium.name for medium in batch)}", partial(measure, method, batch), len(batch))
+        for method in _of((WALK, SCREEN), used)
+        for batch in _batches(method, MEDIA[3::5] if quick else MEDIA)
+    ]
 
 
 def _of(chosen: Sequence[Method], used: Sequence[Engine]) -> list[Method]:
@@ -163,15 +170,20 @@ def _samples(method: Method, samples: int) -> int:
     return samples if method.engine is CYCLES else 1
 
 
-def edges(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield the width [mm] of a shadow's edge for several albedos, against the model's. Each is one unit to `progress`."""
-    for method in _of(METHODS, used):
-        for albedo in EDGE_ALBEDOS[1:2] if quick else EDGE_ALBEDOS:
-            for path in PATHS[method.engine.key][: 1 if quick else None]:
-                with progress.step(f"Edge  {method.engine.label}  {method.label}  albedo {albedo:g}  {path:g} mm", 1.0):
-                    got = width(method, albedo, path)
-                case = f"albedo {albedo:g}, mean free path {path:g} mm"
-                yield _record(case, method, "edge width [mm]", path * subsurface_fit.edge_width(albedo), got)
+def edges(used: Sequence[Engine], quick: bool) -> list[Step]:
+    """Return steps that yield the width [mm] of a shadow's edge for several albedos, against the model's."""
+
+    def measure(method: Method, albedo: float, path: float) -> Iterator[Record]:
+        case = f"albedo {albedo:g}, mean free path {path:g} mm"
+        expected = path * subsurface_fit.edge_width(albedo)
+        yield _record(case, method, "edge width [mm]", expected, width(method, albedo, path))
+
+    return [
+        Step(f"Edge  {method.name}  albedo {albedo:g}  {path:g} mm", partial(measure, method, albedo, path))
+        for method in _of(METHODS, used)
+        for albedo in (EDGE_ALBEDOS[1:2] if quick else EDGE_ALBEDOS)
+        for path in PATHS[method.engine.key][: 1 if quick else None]
+    ]
 
 
 def width(method: Method, albedo: float, path: float, scale_length: float = 1.0) -> float:
@@ -186,19 +198,22 @@ def width(method: Method, albedo: float, path: float, scale_length: float = 1.0)
     return edge_width(profile, view / size[0])
 
 
-def targets(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield the albedo of an evenly lit slab for each Color, at two N.V. Each is one unit of work to `progress`."""
-    for method in _of(METHODS, used):
-        for mu in TARGET_MUS[:1] if quick else TARGET_MUS:
-            for batch in _batches(method, TARGETS[1::2] if quick else TARGETS):
-                colors = ", ".join(f"{color:g}" for color in batch)
-                with progress.step(f"Albedo  {method.engine.label}  {method.label}  {colors}  N.V {mu:g}", len(batch)):
-                    shown = [material(method, (color,) * 3, (1.0,) * 3) for color in batch]
-                    darkest = min(batch)
-                    most = min(TARGET_MAX_SAMPLES, max(TARGET_SAMPLES, int(TARGET_SAMPLES * (1.0 - darkest) / darkest)))
-                    found = slab(HALF_SPACE, len(batch)).albedos(shown, method.engine, _samples(method, most), mu)
-                for color, (mean, *_) in zip(batch, found, strict=True):
-                    yield _record(f"color {color:g}, N.V {mu:g}", method, "albedo", color, *mean)
+def targets(used: Sequence[Engine], quick: bool) -> list[Step]:
+    """Return steps that yield the albedo of an evenly lit slab for each Color, at two N.V."""
+
+    def measure(method: Method, mu: float, batch: Sequence[float]) -> Iterator[Record]:
+        shown, darkest = [material(method, (color,) * 3, (1.0,) * 3) for color in batch], min(batch)
+        most = min(TARGET_MAX_SAMPLES, max(TARGET_SAMPLES, int(TARGET_SAMPLES * (1.0 - darkest) / darkest)))
+        found = slab(HALF_SPACE, len(batch)).albedos(shown, method.engine, _samples(method, most), mu)
+        for color, (mean, *_) in zip(batch, found, strict=True):
+            yield _record(f"color {color:g}, N.V {mu:g}", method, "albedo", color, *mean)
+
+    return [
+        Step(f"Albedo  {method.name}  {', '.join(map(str, batch))}  N.V {mu:g}", partial(measure, method, mu, batch), len(batch))
+        for method in _of(METHODS, used)
+        for mu in (TARGET_MUS[:1] if quick else TARGET_MUS)
+        for batch in _batches(method, TARGETS[1::2] if quick else TARGETS)
+    ]
 
 
 class Setting(NamedTuple):
@@ -212,27 +227,27 @@ class Setting(NamedTuple):
 SETTINGS = [Setting(*row) for row in ((w, s, r) for s in WEIGHTS for r in ROUGHNESSES for w in WEIGHTS)]
 
 
-def furnace(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield the specular, diffuse and subsurface light of the white group in a white world. Each N.V is one unit to `progress`.
+def furnace(used: Sequence[Engine], quick: bool) -> list[Step]:
+    """Return steps that yield the specular, diffuse and subsurface light of the white group in a white world, one for each N.V.
 
     With a black Color all light is specular; the rest is diffuse at Subsurface 0, subsurface at 1, and mixed in proportion between.
     The total is compared with the sum of these.
     """
     body, world = slab(HALF_SPACE * FURNACE_PATH, 9, 3), uniform_world()
-    for method in _of((WALK, SCREEN), used):
-        for mu in FURNACE_MUS[1:2] if quick else FURNACE_MUS:
-            samples = FURNACE_SAMPLES[method.engine.key]
-            with progress.step(f"Furnace  {method.engine.label}  N.V {mu:g}", 1.0):
-                white, black = (
-                    [mean for mean, *_ in body.albedos(_grid(method, color), method.engine, samples, mu, world)]
-                    for color in (1.0, 0.0)
-                )
-            total, specular = (dict(zip(SETTINGS, means, strict=True)) for means in (white, black))
-            for setting in SETTINGS:
-                yield from _split(method, mu, setting, total, specular)
-            brightest = max(total.values())
-            yield _record(f"N.V {mu:g}", method, "furnace, greatest total", 1.0, *brightest)
-            yield _record(f"N.V {mu:g}", method, "furnace, beyond monotone", 0.0, _beyond_monotone(total))
+
+    def measure(method: Method, mu: float) -> Iterator[Record]:
+        samples = FURNACE_SAMPLES[method.engine.key]
+        white, black = (
+            [mean for mean, *_ in body.albedos(_grid(method, color), method.engine, samples, mu, world)] for color in (1.0, 0.0)
+        )
+        total, specular = (dict(zip(SETTINGS, means, strict=True)) for means in (white, black))
+        for setting in SETTINGS:
+            yield from _split(method, mu, setting, total, specular)
+        yield _record(f"N.V {mu:g}", method, "furnace, greatest total", 1.0, *max(total.values()))
+        yield _record(f"N.V {mu:g}", method, "furnace, beyond monotone", 0.0, _beyond_monotone(total))
+
+    cases = product(_of((WALK, SCREEN), used), FURNACE_MUS[1:2] if quick else FURNACE_MUS)
+    return [Step(f"Furnace  {method.name}  N.V {mu:g}", partial(measure, method, mu)) for method, mu in cases]
 
 
 def _beyond_monotone(total: dict[Setting, Mean]) -> float:
@@ -265,76 +280,57 @@ def _split(
     yield _record(case, method, FURNACE_QUANTITIES[-1], sum(parts), *total[setting])
 
 
-def units(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield the width of an edge on the same slab modelled in several scene units. Each is one unit of work to `progress`."""
-    for method in _of((UNIT_METHODS[1:2] if quick else UNIT_METHODS), used):
-        for scale_length, name in UNITS:
-            with progress.step(f"Units  {method.engine.label}  {method.label}  {name}", 1.0):
-                got = width(method, 0.5, UNIT_PATH, scale_length)
-            yield _record(f"slab in {name}", method, "edge width [mm]", UNIT_PATH * subsurface_fit.edge_width(0.5), got)
+def units(used: Sequence[Engine], quick: bool) -> list[Step]:
+    """Return steps that yield the width of an edge on the same slab modelled in several scene units."""
+
+    def measure(method: Method, scale_length: float, name: str) -> Iterator[Record]:
+        expected = UNIT_PATH * subsurface_fit.edge_width(0.5)
+        yield _record(f"slab in {name}", method, "edge width [mm]", expected, width(method, 0.5, UNIT_PATH, scale_length))
+
+    cases = product(_of(UNIT_METHODS[1:2] if quick else UNIT_METHODS, used), UNITS)
+    return [Step(f"Units  {method.name}  {unit[1]}", partial(measure, method, *unit)) for method, unit in cases]
 
 
-def extreme(used: Sequence[Engine], quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield the smallest and largest radiance of half-shadowed slabs with extreme inputs. Each is one unit to `progress`.
+def extreme(used: Sequence[Engine], quick: bool) -> list[Step]:
+    """Return steps that yield the smallest and largest radiance of half-shadowed slabs with extreme inputs.
 
     Scattering cannot raise it above 1, except for noise. `got` is None where a value is not finite.
     """
-    for method in _of(METHODS[:1] if quick else METHODS, used):
-        for case, color, path, scale_length in EXTREME:
-            with progress.step(f"Extremes  {method.engine.label}  {method.label}  {case}", 1.0):
-                body, samples = slab(EXTREME_CELL, scale_length=scale_length), _samples(method, EXTREME_SAMPLES)
-                profiles = body.edge(material(method, color, path), method.engine, samples, EXTREME_SIZE, EXTREME_VIEW)
-            values = [value for profile in profiles for value in profile]
-            least, greatest = (min(values), max(values)) if all(map(math.isfinite, values)) else (math.nan, math.nan)
-            yield {**_record(case, method, "least", 0.0, least), "error": max(0.0, -least)}
-            yield {**_record(case, method, "greatest", 1.0, greatest), "error": max(0.0, greatest - 1.0)}
+
+    def measure(method: Method, case: str, color: Sequence[float], path: Sequence[float], scale_length: float) -> Iterator[Record]:
+        body, samples = slab(EXTREME_CELL, scale_length=scale_length), _samples(method, EXTREME_SAMPLES)
+        profiles = body.edge(material(method, color, path), method.engine, samples, EXTREME_SIZE, EXTREME_VIEW)
+        values = [value for profile in profiles for value in profile]
+        least, greatest = (min(values), max(values)) if all(map(math.isfinite, values)) else (math.nan, math.nan)
+        yield {**_record(case, method, "least", 0.0, least), "error": max(0.0, -least)}
+        yield {**_record(case, method, "greatest", 1.0, greatest), "error": max(0.0, greatest - 1.0)}
+
+    cases = product(_of(METHODS[:1] if quick else METHODS, used), EXTREME)
+    return [Step(f"Extremes  {method.name}  {row[0]}", partial(measure, method, *row)) for method, row in cases]
 
 
-class Measurement(NamedTuple):
-    """One section of the report: `records` for the engines used, possibly `quick`, and the units of `work` it reports."""
-
-    title: str
-    records: Callable[[Sequence[Engine], bool, Progress], Iterator[Record]]
-    work: Callable[[Sequence[Engine], bool], int]
-
-
-MEASUREMENTS = (
-    Measurement("Profile of Christensen-Burley", profile, lambda used, _: int(CYCLES in used)),
-    Measurement("Reflectance of the twelve media", media, lambda used, quick: len(used) * len(MEDIA[3::5] if quick else MEDIA)),
-    Measurement(
-        "Width of a shadow's edge, 25 to 75 %",
-        edges,
-        lambda used, quick: sum(1 if quick else len(EDGE_ALBEDOS) * len(PATHS[m.engine.key]) for m in _of(METHODS, used)),
-    ),
-    Measurement(
-        "Albedo of an evenly lit slab",
-        targets,
-        lambda used, quick: len(_of(METHODS, used)) * (len(TARGETS[1::2]) if quick else len(TARGETS) * len(TARGET_MUS)),
-    ),
-    Measurement("White furnace", furnace, lambda used, quick: len(used) * (1 if quick else len(FURNACE_MUS))),
-    Measurement("Unit scale", units, lambda used, quick: len(UNITS) * len(_of(UNIT_METHODS[1:2] if quick else UNIT_METHODS, used))),
-    Measurement(
-        "Extreme inputs, half in shadow",
-        extreme,
-        lambda used, quick: len(EXTREME) * len(_of(METHODS[:1] if quick else METHODS, used)),
-    ),
-)
+SECTIONS: dict[str, Callable[[Sequence[Engine], bool], list[Step]]] = {
+    "Profile of Christensen-Burley": profile,
+    "Reflectance of the twelve media": media,
+    "Width of a shadow's edge, 25 to 75 %": edges,
+    "Albedo of an evenly lit slab": targets,
+    "White furnace": furnace,
+    "Unit scale": units,
+    "Extreme inputs, half in shadow": extreme,
+}
 
 
-def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return the columns and rows of a table of `records`: each method's value and, in brackets, its error in percent."""
-    columns = list(dict.fromkeys(_column(record) for record in records))
-    groups: dict[tuple[str, ...], dict[str, str]] = {}
-    for record in records:
-        if record["quantity"] not in FURNACE_QUANTITIES or TABLE_SETTING in record["case"]:
-            expected = "-" if record["expected"] is None else f"{record['expected']:.4g}"
-            groups.setdefault((record["case"], record["quantity"], expected), {})[_column(record)] = _got(record)
-    rows: list[tuple[str, ...]] = [(*key, *(row.get(column, "-") for column in columns)) for key, row in groups.items()]
-    return ("Case", "Quantity", "Expected", *columns), rows
+def table(records: Sequence[Record]) -> Table:
+    """Return each method's value and, in brackets, its error in percent."""
 
+    def row(one: Record) -> tuple[str, ...]:
+        return one["case"], one["quantity"], text(one["expected"], ".4g")
 
-def _column(record: Record) -> str:
-    return f"{record['engine']}, {record['method']}"
+    def column(one: Record) -> str:
+        return f"{one['engine']}, {one['method']}"
+
+    shown = [one for one in records if one["quantity"] not in FURNACE_QUANTITIES or TABLE_SETTING in one["case"]]
+    return pivot(shown, ("Case", "Quantity", "Expected"), row, column, lambda found: _got(found[0]))
 
 
 def _got(record: Record) -> str:

@@ -3,6 +3,8 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
 from pathlib import Path
 
 import bpy
@@ -11,13 +13,14 @@ from true_diffuse.addon import usd
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.read import identifier
 from true_diffuse.addon.measure import error, render
-from true_diffuse.addon.measure.record import Progress, Record, known
+from true_diffuse.addon.measure.record import Record, known
 from true_diffuse.addon.models import Lambert
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
 from true_diffuse.scenes.elements import beside_viewer
 from true_diffuse.scenes.sphere import COLOR, SphereUnderSun
 from true_diffuse.scripts.studies import storm
-from true_diffuse.scripts.studies.rough import EON, LAMBERT, OTHER_SIGMAS, OTHERS, PAPER, QUICK_SIGMAS, SIGMAS, MeasuredModel
+from true_diffuse.scripts.studies.rough import EON, LAMBERT, OTHERS, PAPER, QUICK_SIGMAS, SIGMAS, MeasuredModel
+from true_diffuse.scripts.studies.study import Step, Table, percent, pivot, text
 
 LIGHT_DEGREES = (0.0, 60.0, 120.0)  # between light and viewer; MaterialX's compensated formula is wrong beyond 90
 CONSUMERS = ("MaterialX in Storm", "UsdPreviewSurface in Storm")
@@ -33,48 +36,44 @@ class Case:
     measured: MeasuredModel
     sigma: float
 
+    @property
+    def name(self) -> str:
+        return f"{self.measured.name} {self.sigma:g}"
+
     def material(self) -> bpy.types.Material:
         """Return a new material of the model, in COLOR."""
         inputs = {"Model": self.measured.name, "Color": COLOR, "Roughness": self.sigma}
-        return materials.create(f"{self.measured.name} {self.sigma:g}", ROUGH_DIFFUSE, **inputs)
+        return materials.create(self.name, ROUGH_DIFFUSE, **inputs)
 
 
 def cases(quick: bool) -> list[Case]:
     """Return the models and roughnesses to measure."""
     if quick:
         return [Case(PAPER, sigma) for sigma in QUICK_SIGMAS]
-    first = [Case(LAMBERT, 0.0), *(Case(PAPER, sigma) for sigma in SIGMAS)]
-    others = [
-        Case(each, sigma) for each in OTHERS if each is not EON for sigma in (OTHER_SIGMAS if each.is_rough else OTHER_SIGMAS[:1])
-    ]
-    return first + [Case(EON, sigma) for sigma in SIGMAS] + others
+    own = [Case(each, sigma) for each in (PAPER, EON) for sigma in SIGMAS]
+    return [Case(LAMBERT, 0.0), *own, *(Case(each, sigma) for each in OTHERS if each is not EON for sigma in each.sigmas)]
 
 
-def work(quick: bool) -> float:
-    """Return the work of `records`: a unit for each render, and one for checking the file."""
-    return len(cases(quick)) * len(LIGHT_DEGREES) * len(CONSUMERS) + 1.0
-
-
-def records(sphere: SphereUnderSun, folder: Path, check: Checker, quick: bool, progress: Progress) -> Iterator[Record]:
-    """Yield a record for each model, consumer and angle of the light; files are written to `folder` and stay there."""
+def steps(sphere: SphereUnderSun, folder: Path, check: Checker, quick: bool) -> list[Step]:
+    """Return a step for each model, consumer and angle of the light; files are written to `folder` and stay there."""
     every = cases(quick)
-    with progress.step(GENERATED, 1.0):
-        found = _generated(sphere, every, folder / "all.usdc", check)
-    for case in every:
-        yield {**_record(case, GENERATED), **found[case]}
-        for degrees in LIGHT_DEGREES:
-            for consumer in CONSUMERS:
-                with progress.step(f"{consumer}  {case.measured.name}  {case.sigma:g}  {degrees:g} degrees", 1.0):
-                    rms = rendered(sphere, case, degrees, folder / "one.usdc", preview=consumer is CONSUMERS[1])
-                yield {**_record(case, consumer), "light_degrees": degrees, "rms_error": known(rms)}
+
+    def render_in_storm(case: Case, degrees: float, consumer: str) -> Iterator[Record]:
+        rms = rendered(sphere, case, degrees, folder / "one.usdc", preview=consumer is CONSUMERS[1])
+        yield {**_record(case, consumer), "light_degrees": degrees, "rms_error": known(rms)}
+
+    return [Step(GENERATED, partial(_generated, sphere, every, folder / "all.usdc", check))] + [
+        Step(f"{consumer}  {case.name}  {degrees:g} degrees", partial(render_in_storm, case, degrees, consumer))
+        for case, degrees, consumer in product(every, LIGHT_DEGREES, CONSUMERS)
+    ]
 
 
 def _record(case: Case, consumer: str) -> Record:
     return {"consumer": consumer, "model": case.measured.name, "sigma": case.sigma if case.measured.is_rough else None}
 
 
-def _generated(sphere: SphereUnderSun, every: Sequence[Case], file: Path, check: Checker) -> dict[Case, Record]:
-    """Return, for each case, the problems that `check` finds and the error of the generated GLSL."""
+def _generated(sphere: SphereUnderSun, every: Sequence[Case], file: Path, check: Checker) -> Iterator[Record]:
+    """Yield, for each case, the problems that `check` finds and the error of the generated GLSL."""
     spheres = [sphere.sphere.copy() for _ in every]
     names = []
     for case, item in zip(every, spheres, strict=True):
@@ -87,10 +86,8 @@ def _generated(sphere: SphereUnderSun, every: Sequence[Case], file: Path, check:
         bpy.data.objects.remove(item)
     found = {record["material"]: record for record in check(file)}
     keys = {"rms": "rms_error", "worst": "worst_error", "worst_beside": "worst_error_light_beside", "problems": "problems"}
-    return {
-        case: {new: found[name][old] for old, new in keys.items() if old in found[name]}
-        for case, name in zip(every, names, strict=True)
-    }
+    for case, name in zip(every, names, strict=True):
+        yield {**_record(case, GENERATED), **{new: found[name][old] for old, new in keys.items() if old in found[name]}}
 
 
 def rendered(sphere: SphereUnderSun, case: Case, degrees: float, file: Path, preview: bool) -> float:
@@ -129,21 +126,17 @@ def _export(file: Path) -> None:
     usd.report.take()
 
 
-def table(found: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return the columns and rows of a table of `records`: errors in percent, a row for each model and consumer."""
-    groups: dict[tuple[str, float | None, str], list[Record]] = {}
-    for record in found:
-        groups.setdefault((record["model"], record["sigma"], record["consumer"]), []).append(record)
-    rows = []
-    for (model, sigma, consumer), group in groups.items():
-        first = group[0]
-        errors = (record.get("rms_error") for record in group)
-        worst = first.get("worst_error_light_beside"), first.get("worst_error")
-        cells = [*errors, *[None] * (len(LIGHT_DEGREES) - len(group)), *worst]
-        rows.append((f"{model}{'' if sigma is None else f' {sigma:g}'}", consumer, *map(_percent, cells)))
-    angles = (f"{angle:g}\u00b0" for angle in LIGHT_DEGREES)
-    return ("Model", "Consumer", *angles, "Worst, L.V > 0", "Worst"), rows
+def table(found: Sequence[Record]) -> Table:
+    """Return errors in percent, a row for each model and consumer: generated GLSL at its worst, and Storm by the light's angle."""
+    figures = {"rms_error": "RMS", "worst_error_light_beside": "Worst, L.V > 0", "worst_error": "Worst"}
+    cells = [
+        {**one, "title": f"{one['light_degrees']:g}\u00b0" if "light_degrees" in one else title, "figure": one[key]}
+        for one in found
+        for key, title in figures.items()
+        if key in one
+    ]
 
+    def row(one: Record) -> tuple[str, ...]:
+        return f"{one['model']} {text(one['sigma'])}", one["consumer"]
 
-def _percent(fraction: float | None) -> str:
-    return "-" if fraction is None else f"{100.0 * fraction:.2g}"
+    return pivot(cells, ("Model", "Consumer"), row, lambda one: one["title"], lambda shared: percent(shared[0]["figure"], ".2g"))

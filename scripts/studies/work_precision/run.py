@@ -13,6 +13,7 @@ from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.scripts.studies import cost, five
 from true_diffuse.scripts.studies.glsl_values import evaluate
+from true_diffuse.scripts.studies.study import run as run_steps
 from true_diffuse.scripts.studies.work_precision import stability
 from true_diffuse.scripts.studies.work_precision.journal import Notes
 from true_diffuse.scripts.studies.work_precision.test_scenes import (
@@ -209,7 +210,7 @@ def _identity(scene: TestScene, variant: Variant) -> Record:
 
 def _glsl(scene: Sphere, journal: Notes) -> None:
     """Keep the error of shaders/oren_nayar.glsl over the sphere's pixels, its time for them, and what its forms cost."""
-    forms = list(cost.forms(Silent()))
+    forms = list(cost.forms())
     surface, light = scene.built.surface(), render.light_of(scene.built.sun)
     camera = tuple(scene.built.scene.camera.matrix_world.translation)
     expected = scene.expected(scene.variants[0].target)
@@ -236,5 +237,5 @@ def hard_inputs(target: str, journal: Notes) -> None:
 
     quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
     study = stability_glsl if target == "GLSL" else stability_osl
-    found = list(study.stability(reference_mpmath.radiance, quick, RANDOM_INPUTS, Silent()))
+    found = list(run_steps(study.stability(reference_mpmath.radiance, quick, RANDOM_INPUTS), Silent()))
     journal.add((HARD_INPUTS, target), {"records": stability.shaders(found)})

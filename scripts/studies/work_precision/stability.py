@@ -9,6 +9,7 @@ from true_diffuse.addon.models import OrenNayar, directional_albedo
 from true_diffuse.addon.models.oren_nayar import as_printed
 from true_diffuse.addon.models.vector import Vector, dot
 from true_diffuse.scripts.studies import stability_subsurface
+from true_diffuse.scripts.studies.study import number_or_name
 
 UP: Vector = (0.0, 0.0, 1.0)
 SIGMA = 0.3  # of the paper's text
@@ -90,11 +91,8 @@ def _tried(formula: Callable[..., float], *arguments: object) -> float | str:
 
 
 def _record(what: str, case: str, printed: float | str, ours: float) -> Record:
-    return {"what": what, "case": case, "plain": _json(printed), "ours": _json(ours), "expected": None}
-
-
-def _json(value: float | str) -> float | str:
-    return value if isinstance(value, str) or math.isfinite(value) else str(value)
+    plain = printed if isinstance(printed, str) else number_or_name(printed)
+    return {"what": what, "case": case, "plain": plain, "ours": number_or_name(ours), "expected": None}
 
 
 def shaders(found: Sequence[Record]) -> list[Record]:

@@ -28,13 +28,13 @@ from true_diffuse.addon.models import directional_albedo
 from true_diffuse.addon.models.vector import dot
 from true_diffuse.addon.nodes import chosen_lights
 from true_diffuse.scenes import five_characters
+from true_diffuse.scenes.elements import uniform_world
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
 from true_diffuse.scenes.subject import ALBEDO_ATTRIBUTE
 from true_diffuse.scripts.characters import character as characters
 from true_diffuse.scripts.characters import face
 from true_diffuse.scripts.characters.human import REGIONS
 from true_diffuse.scripts.studies import face as face_study
-from true_diffuse.scripts.studies.robustness import uniform_world
 from true_diffuse.scripts.studies.rough import MeasuredModel
 from true_diffuse.scripts.studies.work_precision.variants import SIGMA, Variant, rough, translucent
 
