@@ -7,7 +7,6 @@ uv run scripts/fit/albedo.py      seconds
 import math
 import sys
 from collections.abc import Callable, Sequence
-from operator import mul
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,8 +17,8 @@ from true_diffuse.addon.models import OrenNayar1994, directional_albedo
 from true_diffuse.addon.models.blinn_phong import BELOW
 from true_diffuse.addon.models.fresnel import boundary
 from true_diffuse.addon.models.quadrature import integrate
-from true_diffuse.scripts.cli.console import Parser, script_arguments
-from true_diffuse.scripts.fit.lobes import solve
+from true_diffuse.scripts.cli.console import Parser, end, script_arguments
+from true_diffuse.scripts.fit.least_squares import dot, least_squares
 
 SIGMA = 0.5  # any does below 0.66, where the 1994 model begins to be cut off
 NARROW = 9.0  # standard deviations of a highlight, beyond which nothing is left of it
@@ -102,15 +101,8 @@ def least_largest(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> F
     """Return the numbers x whose row.x are nearest to `wanted`, by C. Lawson's weights (1961): more where the error is large."""
     weights, best = [1.0 / len(rows)] * len(rows), Fitted((), math.inf)
     for _ in range(ROUNDS):
-        size = len(rows[0])
-        gram, right = [[0.0] * size for _ in range(size)], [0.0] * size
-        for row, value, weight in zip(rows, wanted, weights, strict=True):
-            for i, a in enumerate(row):
-                right[i] += weight * a * value
-                for j, b in enumerate(row):
-                    gram[i][j] += weight * a * b
-        x = solve(gram, right)
-        errors = [abs(sum(a * b for a, b in zip(row, x, strict=True)) - value) for row, value in zip(rows, wanted, strict=True)]
+        x = least_squares(rows, wanted, weights)
+        errors = [abs(dot(row, x) - value) for row, value in zip(rows, wanted, strict=True)]
         if max(errors) < best.error:
             best = Fitted(x, max(errors))
         weights = [weight * error for weight, error in zip(weights, errors, strict=True)]
@@ -139,9 +131,8 @@ def fit_reflectance() -> Fitted:
         passed = integrate(lambda mu, edge=edge: 2.0 * edge.transmittance(mu) * mu, (0.0, 1.0), 2 * STEPS)
         rows.append((f, f * f, f * f * f))
         wanted.append(1.0 - passed)
-    gram = [[sum(row[i] * row[j] for row in rows) for j in range(3)] for i in range(3)]
-    numbers = solve(gram, [sum(row[i] * value for row, value in zip(rows, wanted, strict=True)) for i in range(3)])
-    left = (abs(sum(map(mul, row, numbers)) - value) / (1.0 - value) for row, value in zip(rows, wanted, strict=True))
+    numbers = least_squares(rows, wanted)
+    left = (abs(dot(row, numbers) - value) / (1.0 - value) for row, value in zip(rows, wanted, strict=True))
     return Fitted(numbers, max(left))
 
 
@@ -199,4 +190,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end(main())

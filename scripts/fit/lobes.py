@@ -24,9 +24,10 @@ from true_diffuse.addon.models import MODELS, Model, ReflectanceModel
 from true_diffuse.addon.models.quadrature import gauss_legendre
 from true_diffuse.addon.models.registry import CyclesClosures
 from true_diffuse.addon.models.vector import Vector, from_polar
-from true_diffuse.scripts.cli.console import Parser, Terminal, script_arguments
+from true_diffuse.scripts.cli.console import Parser, Terminal, end, script_arguments
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import run_script
+from true_diffuse.scripts.fit.least_squares import least_squares
 
 VIEWS = tuple(range(5, 90, 5))  # degrees from N
 SEARCH_ORDER = 12  # the same, for `search`
@@ -132,64 +133,35 @@ def fit(lobe_set: str, family: Family, lobes: tuple[Lobe, ...], order: int, view
     functions = {function.name: function.value for function in family.model.functions}
     count = len(lobes) or (2 if lobe_set == SINGLE else 3)
     unknowns = unknowns_of(lobe_set, family, count)
-    size = len(unknowns)
-    gram = [[0.0] * size for _ in range(size)]
-    right = {name: [0.0] * size for name in functions}
     directions = lights(order)
-
-    def count_in(row: list[float], targets: dict[str, float], weight: float) -> None:
-        for i, value in enumerate(row):
-            weighted = weight * value
-            if weighted == 0.0:
-                continue
-            line = gram[i]
-            for j in range(i, size):
-                line[j] += weighted * row[j]
-            for name, target in targets.items():
-                right[name][i] += weighted * target
-
+    rows: list[list[float]] = []
+    counted: list[float] = []  # how much each row counts
+    wanted: dict[str, list[float]] = {name: [] for name in functions}
     for view in views:
         mu, sine = math.cos(math.radians(view)), math.sin(math.radians(view))
         powers = (1.0, sine, sine * mu, sine * mu * mu)
         received = dict.fromkeys(functions, 0.0)
         for l, solid_angle in directions:
             values = lobe_values(lobe_set, lobes, *l, mu)
-            targets = {name: function(l, mu) for name, function in functions.items()}
-            count_in([values[k] * powers[power] for k, power in unknowns], targets, solid_angle)
-            for name, target in targets.items():
-                received[name] += solid_angle * target / math.pi
+            rows.append([values[k] * powers[power] for k, power in unknowns])
+            counted.append(solid_angle)
+            for name, function in functions.items():
+                wanted[name].append(function(l, mu))
+                received[name] += solid_angle * wanted[name][-1] / math.pi
         if lobe_set == SIGNED:
             # a uniform world gives a lobe in EEVEE its length, whatever part of it is below the surface
             lengths = [math.hypot(lobe.along, lobe.side, lobe.up(mu)) for lobe in lobes]
-            count_in([lengths[k] * powers[power] for k, power in unknowns], received, WORLD)
-    for i in range(size):
-        gram[i][i] *= 1.0 + RIDGE
-        for j in range(i):
-            gram[i][j] = gram[j][i]
+            rows.append([lengths[k] * powers[power] for k, power in unknowns])
+            counted.append(WORLD)
+            for name, target in received.items():
+                wanted[name].append(target)
     weights = {}
     for name in functions:
         numbers = [[0.0] * 4 for _ in range(count)]
-        for (k, power), value in zip(unknowns, solve(gram, right[name]), strict=True):
+        for (k, power), value in zip(unknowns, least_squares(rows, wanted[name], counted, RIDGE), strict=True):
             numbers[k][power] = value
         weights[name] = tuple(Weight(*row) for row in numbers)
     return Fit(lobes, weights)
-
-
-def solve(matrix: list[list[float]], right: list[float]) -> list[float]:
-    """Return x of matrix x = right for a symmetric positive definite matrix, by Cholesky's decomposition."""
-    size = len(right)
-    lower = [[0.0] * size for _ in range(size)]
-    for i in range(size):
-        for j in range(i + 1):
-            rest = matrix[i][j] - sum(lower[i][k] * lower[j][k] for k in range(j))
-            lower[i][j] = math.sqrt(rest) if i == j else rest / lower[j][j]
-    y: list[float] = []
-    for i in range(size):
-        y.append((right[i] - sum(lower[i][k] * y[k] for k in range(i))) / lower[i][i])
-    x = [0.0] * size
-    for i in reversed(range(size)):
-        x[i] = (y[i] - sum(lower[k][i] * x[k] for k in range(i + 1, size))) / lower[i][i]
-    return x
 
 
 def fit_all(order: int, views: Sequence[int], better: Directions | None = None) -> dict[str, dict[str, Fit]]:
@@ -255,6 +227,4 @@ def write(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
 
 
 if __name__ == "__main__":
-    status = main()
-    sys.stdout.flush()
-    sys.exit(status)
+    end(main())

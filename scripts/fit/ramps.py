@@ -6,7 +6,7 @@ uv run scripts/fit/ramps.py
 
 import math
 import sys
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -20,8 +20,10 @@ from true_diffuse.addon.models.oren_nayar_1994 import FACETS, INTERREFLECTION
 from true_diffuse.addon.models.pitted import ONCE
 from true_diffuse.addon.models.terms import relative_radiance
 from true_diffuse.addon.models.vector import Vector, dot, from_polar
-from true_diffuse.scripts.cli.console import Parser, script_arguments
-from true_diffuse.scripts.fit.lobes import ORDER, VIEWS, lights, solve
+from true_diffuse.scripts.cli.console import Parser, end, script_arguments
+from true_diffuse.scripts.fit.least_squares import dot as dot_product
+from true_diffuse.scripts.fit.least_squares import solve
+from true_diffuse.scripts.fit.lobes import ORDER, VIEWS, lights
 
 KNOTS = 7  # the values of a ramp, at M.L = 1/7, 2/7 ... 1; at 0 it is 0
 FAR, NEAR = math.radians(89.5), math.radians(65.0)  # from N, away from the viewer
@@ -143,14 +145,11 @@ def nonnegative(gram: list[list[float]], right: list[float], signed: Collection[
         used.add(max(unused, key=gains.__getitem__))
 
 
-def dot_product(a: Iterable[float], b: Iterable[float]) -> float:
-    return sum(p * q for p, q in zip(a, b, strict=True))
-
-
 def fit_all() -> tuple[dict[str, list[float]], dict[str, list[float]]]:
     """Return the numbers of each ramp by its name in the shader, for mu = 0 and then for mu = 1, and those of z and F."""
     # z max(0, -x), of equation (1), is the same for every view
-    away = [number for (number,) in fit(away_target, one, away_closures, lambda _: (1.0,), views=VIEWS[:1])]
+    darker = fit(lambda l, _: l[2] * max(0.0, -l[0]), lambda *_: 1.0, away_closures, lambda _: (1.0,), views=VIEWS[:1])
+    away = [number for (number,) in darker]
     model = partial(relative_radiance, OrenNayar1994(1.0))
     once = fit(lambda l, mu: FACETS.value(l, mu) - SHAPE.value(l, mu), model, closures_1994, sine_blend, signed=(0, 1))
     twice = fit(INTERREFLECTION.value, model, lambda l, mu: closures_1994(l, mu)[:2], sine_blend, signed=(0, 1))
@@ -165,14 +164,6 @@ def fit_all() -> tuple[dict[str, list[float]], dict[str, list[float]]]:
     for name, rows in (("dark", dark), ("white", white)):
         ramps |= {f"{name}_around": both(rows[1 : 1 + KNOTS]), f"{name}_towards": both(rows[1 + KNOTS :])}
     return ramps, {"z_0": once[0], "f_0": once[1], "z_1": twice[0], "f_1": twice[1], "dark": dark[0], "white": white[0]}
-
-
-def away_target(l: Vector, _mu: float) -> float:
-    return l[2] * max(0.0, -l[0])
-
-
-def one(_l: Vector, _mu: float) -> float:
-    return 1.0
 
 
 def source(ramps: dict[str, list[float]], pairs: dict[str, list[float]]) -> str:
@@ -197,4 +188,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end(main())

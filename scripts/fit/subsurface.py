@@ -16,8 +16,8 @@ import checkout  # noqa: F401 - makes the checkout the package true_diffuse
 from true_diffuse.addon.closures.subsurface_fit import BEAM, MU, SKIN_IOR, rational
 from true_diffuse.addon.models.burley import EDGE_WIDTH_25_75, searchlight_mfp
 from true_diffuse.addon.models.half_space import diffuse_albedo, plane_albedo
-from true_diffuse.scripts.cli.console import Parser, script_arguments
-from true_diffuse.scripts.fit.lobes import solve
+from true_diffuse.scripts.cli.console import Parser, end, script_arguments
+from true_diffuse.scripts.fit.least_squares import least_squares
 from true_diffuse.scripts.studies.random_walk import Exit, exits
 
 COLORS = tuple(k / 40 for k in range(1, 40))
@@ -79,12 +79,9 @@ def rational_fit(points: Sequence[tuple[float, float]], above: int, below: int) 
     """
     found = [0.0] * (above + below)
     for _ in range(20):
-        rows = []
-        for x, y in points:
-            weight = y * (1.0 + sum(found[above + k] * x ** (k + 1) for k in range(below)))
-            rows.append(([x**k / weight for k in range(above)] + [-y * x ** (k + 1) / weight for k in range(below)], y / weight))
-        matrix = [[sum(row[i] * row[j] for row, _ in rows) for j in range(len(found))] for i in range(len(found))]
-        found = solve(matrix, [sum(row[i] * right for row, right in rows) for i in range(len(found))])
+        weights = [(y * (1.0 + sum(found[above + k] * x ** (k + 1) for k in range(below)))) ** -2 for x, y in points]
+        rows = [[x**k for k in range(above)] + [-y * x ** (k + 1) for k in range(below)] for x, y in points]
+        found = least_squares(rows, [y for _, y in points], weights)
     return tuple(found)
 
 
@@ -130,6 +127,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    status = main()
-    sys.stdout.flush()
-    sys.exit(status)
+    end(main())
