@@ -19,12 +19,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, end, script_arguments
-from true_diffuse.scripts.cli.inputs import sample_count
+from true_diffuse.scripts.cli.inputs import names, sample_count
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import (
     NODE_ENGINES,
     empty_file,
-    engine_list,
     load_character,
     register_realtime,
     run_script,
@@ -212,7 +211,7 @@ def main() -> int:
     parser.add_argument("--only", choices=tuple(MEASURES), help="; ".join(f"{key}: {_what(key)}" for key in MEASURES))
     parser.add_argument(
         "--engine",
-        type=partial(engine_list, known=NODE_ENGINES),
+        type=names("engine", NODE_ENGINES),
         default=NODE_ENGINES,
         metavar="LIST",
         help="default: eevee,cycles",

@@ -23,7 +23,7 @@ import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli import inputs
 from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, script_arguments
 from true_diffuse.scripts.cli.outputs import OutputFolder
-from true_diffuse.scripts.cli.startup import engine_list, load_bpy, run_script, start_blender
+from true_diffuse.scripts.cli.startup import ENGINE_KEYS, load_bpy, run_script, start_blender
 
 if TYPE_CHECKING:
     from true_diffuse.addon.blender.engines import Engine
@@ -69,7 +69,7 @@ def parse(arguments: list[str]) -> Namespace:
     parser = Parser(prog="compare.py", description=__doc__.splitlines()[0])
     add = parser.add_argument
     text = f"engines, comma separated ({defaults(lambda scene: scene.engines)})"
-    add("--engine", dest="engines", type=engine_list, metavar="LIST", help=text)
+    add("--engine", dest="engines", type=inputs.names("engine", ENGINE_KEYS), metavar="LIST", help=text)
     add("--scene", choices=SCENES, default="five", help="what to compare (default: five)")
     text = f"pixels ({defaults(lambda scene: '{}x{}'.format(*scene.resolution))})"
     add("--resolution", type=_resolution, metavar="WxH", help=text)
@@ -183,13 +183,13 @@ def job_spec(options: Namespace, engines: Sequence[str], choices: Mapping[str, "
 def write_job(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
     """Write the job that renders and measures the scene."""
     load_bpy()
-    from true_diffuse.scripts.farm import comparison, jobs
+    from true_diffuse.scripts.farm import bundle, comparison
 
     spec = job_spec(options, options.engines, {})
     document = {"study": options.scene, "spec": asdict(spec), "options": vars_of(options)}
     description = f"{len(spec.characters)} characters, {len(spec.frames)} frames, {', '.join(spec.engines)}"
     results = None if options.out == OUT else options.out
-    jobs.write_job(f"True Diffuse, scene {options.scene}", description, document, comparison.steps(spec), results, output, terminal)
+    bundle.write(f"True Diffuse, scene {options.scene}", description, document, comparison.steps(spec), results, output, terminal)
 
 
 def compare_five(options: Namespace, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> Found:

@@ -7,7 +7,7 @@ uv run scripts/report.py --quick
 import os
 import sys
 import time
-from argparse import ArgumentTypeError, Namespace
+from argparse import Namespace
 from dataclasses import asdict
 from functools import partial
 from importlib.util import find_spec
@@ -20,7 +20,7 @@ import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli import inputs, startup
 from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, script_arguments
 from true_diffuse.scripts.cli.outputs import OutputFolder
-from true_diffuse.scripts.cli.startup import ENGINE_KEYS, engine_list, load_bpy, run_script, start_blender
+from true_diffuse.scripts.cli.startup import ENGINE_KEYS, load_bpy, run_script, start_blender
 
 if TYPE_CHECKING:
     from true_diffuse.addon.blender.engines import Engine
@@ -32,21 +32,14 @@ JOURNALS = {True: ".journal_quick", False: ".journal"}  # neither run takes the 
 AGAIN = "run it again to go on from here"
 
 
-def scene_list(text: str) -> tuple[str, ...]:
-    """The type of the option --scene: scenes, comma separated, in the order of SCENES."""
-    keys = {part.strip().lower() for part in text.split(",")}
-    for key in sorted(keys):
-        if key not in SCENES:
-            raise ArgumentTypeError(f"unknown scene {key!r}: choose from {', '.join(SCENES)}")
-    return tuple(key for key in SCENES if key in keys)
-
-
 def main() -> int:
     """Run the script; returns the exit status."""
     parser = Parser(prog="report.py", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="fewer variants, samples and repeats, in four minutes")
-    parser.add_argument("--engine", type=engine_list, default=ENGINE_KEYS, metavar="LIST", help=f"default: {','.join(ENGINE_KEYS)}")
-    parser.add_argument("--scene", type=scene_list, default=SCENES, metavar="LIST", help=f"default: {','.join(SCENES)}")
+    engine = inputs.names("engine", ENGINE_KEYS)
+    parser.add_argument("--engine", type=engine, default=ENGINE_KEYS, metavar="LIST", help=f"default: {','.join(ENGINE_KEYS)}")
+    scene = inputs.names("scene", SCENES)
+    parser.add_argument("--scene", type=scene, default=SCENES, metavar="LIST", help=f"default: {','.join(SCENES)}")
     who = "of the scene five: human, monkey or a file (default: human); with --job any number, also patterns as 'shots/*.glb'"
     parser.add_argument("--character", nargs="+", action="extend", metavar="WHO", help=who)
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder to write (default: report; with --job the job's own)")
@@ -95,7 +88,7 @@ def report(options: Namespace, output: OutputFolder, terminal: Terminal) -> None
 def write_job(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
     """Write the job that measures all of it."""
     load_bpy()
-    from true_diffuse.scripts.farm import jobs
+    from true_diffuse.scripts.farm import bundle
     from true_diffuse.scripts.farm.report import JobSpec, steps
 
     characters = inputs.checked_characters(options.character)
@@ -104,7 +97,7 @@ def write_job(options: Namespace, output: OutputFolder, terminal: Terminal) -> N
     document = {"study": "report", "spec": asdict(spec)}
     description = f"{', '.join(options.scene)} in {', '.join(options.engine)}, {len(characters)} characters"
     name = "True Diffuse, error against run time"
-    jobs.write_job(name, description, document, steps(spec), options.out, output, terminal)
+    bundle.write(name, description, document, steps(spec), options.out, output, terminal)
 
 
 def measure(options: Namespace, engines: list["Engine"], journal: "Journal", terminal: Terminal) -> None:

@@ -27,6 +27,19 @@ def number[Number: (int, float)](kind: type[Number], low: Number, high: Number) 
     return parse
 
 
+def names(kind: str, known: Sequence[str]) -> Callable[[str], tuple[str, ...]]:
+    """Return the type of an option that takes some of the `known` names, of one `kind`, comma separated."""
+
+    def parse(text: str) -> tuple[str, ...]:
+        keys = tuple(dict.fromkeys(part.strip().lower() for part in text.split(",")))
+        for key in keys:
+            if key not in known:
+                raise ArgumentTypeError(f"unknown {kind} {key!r}: choose from {', '.join(known)}")
+        return keys
+
+    return parse
+
+
 sample_count = number(int, 1, 65536)
 
 

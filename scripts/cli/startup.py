@@ -3,7 +3,6 @@
 
 import sys
 import traceback
-from argparse import ArgumentTypeError
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,15 +20,6 @@ ENGINE_KEYS = ("eevee", "cycles", "realtime")
 # Where compiling shaders is measured, the driver must not know them from an earlier run.
 NO_SHADER_CACHE = {"MESA_SHADER_CACHE_DISABLE": "true", "__GL_SHADER_DISK_CACHE": "0"}
 NODE_ENGINES = ("eevee", "cycles")  # that render what the groups' nodes say
-
-
-def engine_list(text: str, known: Sequence[str] = ENGINE_KEYS) -> tuple[str, ...]:
-    """The type of the option --engine: engines' keys, some of those `known`, comma separated."""
-    keys = tuple(dict.fromkeys(part.strip().lower() for part in text.split(",")))
-    for key in keys:
-        if key not in known:
-            raise ArgumentTypeError(f"unknown engine {key!r}: choose from {', '.join(known)}")
-    return keys
 
 
 def run_script(prog: str, folder: Path, work: Callable[[OutputFolder, Terminal], None], left: str = "nothing written") -> int:
@@ -77,13 +67,12 @@ def load_bpy() -> None:
 
 
 def start_blender(keys: Sequence[str], terminal: Terminal) -> list["Engine"]:
-    """Load an empty file, make `true_diffuse` importable, and return the engines of `keys` that run here.
+    """Load an empty file, and return the engines of `keys` that run here.
 
     Raises BadInput where Blender cannot read its renders, or no engine is left.
     """
     terminal.say("Loading Blender")
     load_bpy()
-    import checkout  # noqa: F401 - makes this checkout the package true_diffuse
     from true_diffuse.addon.blender import engines
     from true_diffuse.addon.measure import render
 

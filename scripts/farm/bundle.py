@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A job bundle of Open Job Description, in the layout that AWS Deadline Cloud reads, as JSON. No bpy.
+"""A job bundle of Open Job Description, in the layout that AWS Deadline Cloud reads, as JSON.
 
 https://github.com/OpenJobDescription/openjd-specifications (2023-09). The bundle carries the code that its tasks run, so that it
 needs nothing of the checkout and gives the same figures while that goes on. A session's environment keeps one Blender alive.
@@ -9,10 +9,13 @@ import hashlib
 import json
 import shutil
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from true_diffuse.scripts.cli.console import BadInput, Terminal
+from true_diffuse.scripts.cli.outputs import OutputFolder
 
 ROOT = Path(__file__).resolve().parents[2]
 CODE = ("__init__.py", "blender_manifest.toml", "addon", "scenes", "scripts", "shaders")
@@ -52,13 +55,26 @@ def character_range(count: int) -> Parameter:
 
 
 def write(
-    folder: Path, name: str, description: str, document: Mapping[str, Any], steps: Sequence[Step], output: Path | None, blender: str
+    name: str,
+    description: str,
+    document: Mapping[str, Any],
+    steps: Sequence[Step],
+    results: Path | None,
+    output: OutputFolder,
+    terminal: Terminal,
 ) -> None:
-    """Write the bundle of the job `document` into `folder`, which is there, with a step that collects after the others.
+    """Write the bundle of the job `document`, with a step that collects after the others, and say how to run it.
 
-    Results go to `output`, or where None is given to the bundle's own folder. `blender` is a Blender to render with, "" for
-    Python's module bpy. Raises OSError.
+    Results go to the folder `results`, or where None is given to the bundle's own. Raises BadInput where the bundle's folder holds
+    something or cannot be written.
     """
+    import bpy
+
+    folder = output.target
+    if [path for path in folder.iterdir() if path.resolve() != output.folder]:
+        raise BadInput(f"job folder {folder} exists and is not empty")
+    results = results and results.absolute()
+    blender = _text("Blender", bpy.app.binary_path, "Blender to render with; nothing for the module bpy of Python")  # which has ""
     awaited = {name for step in steps for name in step.after}
     collect = Step("collect", "collect", COLLECT, after=[step.name for step in steps if step.name not in awaited])
     chunked = any(one["type"] == "CHUNK[INT]" for step in steps for one in step.parameters)
@@ -71,7 +87,7 @@ def write(
             _path("JobDir", "IN", ".", "This bundle"),
             _path("OutputDir", "OUT", "output", "Where results go"),
             _text("Python", sys.executable, "Python 3.13 that runs the tasks"),
-            _text("Blender", blender, "Blender to render with; nothing for the module bpy of Python"),
+            blender,
         ],
         "jobEnvironments": [
             {
@@ -87,38 +103,42 @@ def write(
         ],
         "steps": [_step(step) for step in (*steps, collect)],
     }
-    values = [{"name": "OutputDir", "value": str(output)}] if output else []
+    values = [{"name": "OutputDir", "value": str(results)}] if results else []
     files = [who for who in document["spec"]["characters"].values() if Path(who).is_absolute()]
     assets = {
         "inputs": {"filenames": files, "directories": []},
-        "outputs": {"directories": [str(output)] if output else []},
+        "outputs": {"directories": [str(results)] if results else []},
         "referencedPaths": [],
     }
-    _write(folder / "template.json", template)
-    _write(folder / "parameter_values.json", {"parameterValues": values})
-    _write(folder / "asset_references.json", {"assetReferences": assets})
-    code = hashlib.sha256()
-    for path in _code():
-        place = path.relative_to(ROOT)
-        code.update(place.as_posix().encode() + path.read_bytes())
-        target = folder / "true_diffuse" / place
-        target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(path, target)
-    # results of another version of the code are those of another job
-    _write(folder / JOB, {**document, "code": code.hexdigest()})
+    try:
+        _write(output.folder / "template.json", template)
+        _write(output.folder / "parameter_values.json", {"parameterValues": values})
+        _write(output.folder / "asset_references.json", {"assetReferences": assets})
+        # results of another version of the code are those of another job
+        _write(output.folder / JOB, {**document, "code": _copy_code(output.folder / "true_diffuse")})
+    except OSError as error:
+        raise BadInput(f"cannot write to job folder {folder}: {error.strerror}") from error
+    output.publish()
+    given = f" -p OutputDir={results}" if results else ""
+    terminal.say(f"Wrote the job to {folder}. To run it here: openjd run {folder / 'template.json'}{given}")
 
 
 def _write(path: Path, document: Mapping[str, Any]) -> None:
     path.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
 
 
-def _code() -> Iterator[Path]:
-    """Yield the files of the code that tasks run."""
+def _copy_code(folder: Path) -> str:
+    """Copy the code that tasks run into `folder`, and return its digest."""
+    digest = hashlib.sha256()
     for name in CODE:
         place = ROOT / name
         for path in sorted(place.rglob("*")) if place.is_dir() else (place,):
             if path.suffix in SUFFIXES:
-                yield path
+                digest.update(path.relative_to(ROOT).as_posix().encode() + path.read_bytes())
+                target = folder / path.relative_to(ROOT)
+                target.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(path, target)
+    return digest.hexdigest()
 
 
 def _step(step: Step) -> dict[str, Any]:

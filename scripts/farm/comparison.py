@@ -9,8 +9,8 @@ from true_diffuse.scripts.cli import inputs
 from true_diffuse.scripts.cli.console import Progress, Show
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.farm.bundle import Step, character_range, one_of
-from true_diffuse.scripts.farm.jobs import chosen
 from true_diffuse.scripts.farm.results import Results
+from true_diffuse.scripts.farm.tasks import chosen
 from true_diffuse.scripts.studies.comparison import face, five
 from true_diffuse.scripts.studies.comparison.base import Collected, JobSpec, Renderer
 

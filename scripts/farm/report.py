@@ -20,8 +20,8 @@ from true_diffuse.addon.probe.environment import environment, merged
 from true_diffuse.scripts.cli.console import Progress, Show
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.farm.bundle import Step, character_range, one_of
-from true_diffuse.scripts.farm.jobs import chosen
 from true_diffuse.scripts.farm.results import Results
+from true_diffuse.scripts.farm.tasks import chosen
 from true_diffuse.scripts.studies.comparison.base import one_line
 from true_diffuse.scripts.studies.comparison.outcomes import Rendered, Spec
 from true_diffuse.scripts.studies.work_precision import document, run

@@ -107,12 +107,13 @@ class Collected:
         return {"records": self.records, "environment": first} | {name: each for name, each in others.items() if each}
 
 
-class Renderer[Spec: JobSpec](ABC):
+class Renderer[Asked: JobSpec](ABC):
     """Renders the work items of a `spec` with the engines that run here, and keeps the scene of the last character."""
 
+    denoised: ClassVar[tuple[Engine, ...]] = ()  # engines whose pictures are
     scene: bpy.types.Scene | None = None
 
-    def __init__(self, spec: Spec, usable: Sequence[Engine]) -> None:
+    def __init__(self, spec: Asked, usable: Sequence[Engine]) -> None:
         self.spec = spec
         self.usable = usable
         self.optimized: dict[str, list[OptimizedNode]] = {}  # by engines' labels, as found last
@@ -161,17 +162,13 @@ class Renderer[Spec: JobSpec](ABC):
 
     def _picture(self, item: WorkItem, engine: Engine, progress: Progress) -> Rendered:
         assert self.scene is not None
-        samples, denoised = self.spec.samples[engine.key], self.denoises(engine)
+        samples, denoised = self.spec.samples[engine.key], engine in self.denoised
         with tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder:
             target = Path(folder) / "picture"
             seconds = pictures.render_picture(self.scene, engine, samples, target, self.captions(), progress, denoised)
             files = {suffix: target.with_name(f"picture_{engine.key}.{suffix}").read_bytes() for suffix in PICTURE_SUFFIXES}
         about = {"character": item.character, "engine": engine.key, "samples": samples, "denoised": denoised}
         return {"picture": {**about, "render_seconds": seconds}}, files
-
-    def denoises(self, engine: Engine) -> bool:
-        """Return whether an engine's picture is denoised."""
-        return False
 
     def show(self, frame: Frame) -> None:  # noqa: B027 - a comparison may have nothing to do here
         """Have the scene show a frame."""

@@ -39,6 +39,7 @@ class JobSpec(base.JobSpec):
 class Renderer(base.Renderer[JobSpec]):
     """As the base has it."""
 
+    denoised = (CYCLES,)
     _face: scene.Face
     _seen: dict[str, face.VisibleRegions]
 
@@ -47,9 +48,6 @@ class Renderer(base.Renderer[JobSpec]):
         self._face = scene.build(characters.load(who), who == "human", self.spec.resolution)
         self._seen = {}
         return self._face.scene
-
-    def denoises(self, engine: Engine) -> bool:
-        return engine is CYCLES
 
     def captions(self) -> pictures.Captions:
         return face.captions(self._face)
@@ -72,7 +70,8 @@ class Renderer(base.Renderer[JobSpec]):
             if item.look == PICTURE:
                 collected.pictures.append(record["picture"])
                 for suffix in PICTURE_SUFFIXES:
-                    outcomes.copy(item.name, suffix, folder / f"{self.spec.prefix(item)}face_{engine.key}.{suffix}")
+                    picture = folder / f"{self.spec.prefix(item)}face_{engine.key}.{suffix}"
+                    picture.write_bytes(outcomes.read(item.name, suffix))
                 continue
             look = LOOKS[item.look]
             seen[item.look] = face.VisibleRegions(look, record["regions"])

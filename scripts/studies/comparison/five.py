@@ -141,9 +141,9 @@ class Renderer(base.Renderer[JobSpec]):
             record, prefix = outcomes.record(item.name), self.spec.prefix(item)
             if item.look == PICTURE:
                 for suffix in PICTURE_SUFFIXES:
-                    outcomes.copy(item.name, suffix, folder / f"{prefix}five_{item.engine}.{suffix}")
+                    (folder / f"{prefix}five_{item.engine}.{suffix}").write_bytes(outcomes.read(item.name, suffix))
             elif item.look == ERROR_MAP:
-                outcomes.copy(item.name, "png", folder / f"{prefix}error_{item.engine}.png")
+                (folder / f"{prefix}error_{item.engine}.png").write_bytes(outcomes.read(item.name, "png"))
             else:
                 collected.records.append(record["measured"])
                 if self.spec.compares_realtime and item.engine == REALTIME.key:

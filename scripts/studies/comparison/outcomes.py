@@ -2,7 +2,6 @@
 """What work items came to, kept in memory; `farm.results` keeps them on disk. No bpy."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Self
 
 from true_diffuse.addon.measure.record import Record
@@ -49,7 +48,3 @@ class Outcomes:
     def read(self, name: str, suffix: str) -> bytes:
         """Return what a file of an item holds."""
         return self._kept[name][1][suffix]
-
-    def copy(self, name: str, suffix: str, target: Path) -> None:
-        """Write a file of an item as `target`."""
-        target.write_bytes(self.read(name, suffix))
