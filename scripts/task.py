@@ -124,14 +124,8 @@ def serve(options: Namespace) -> None:
     if hasattr(signal, "pthread_sigmask"):  # whoever started the session may have blocked it
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    worker.serve(options.session, options.keeper, request_handler(options, Plain()))
-
-
-class Plain(Terminal):
-    """A terminal for a process whose output is a log already."""
-
-    def __init__(self) -> None:
-        self.out = sys.stdout
+    # a terminal that is not entered, as the output of this process is a log already
+    worker.serve(options.session, options.keeper, request_handler(options, Terminal()))
 
 
 def request_handler(options: Namespace, terminal: Terminal) -> "Callable[[Request, Show], list[str]]":

@@ -80,6 +80,9 @@ def stop_cleanly(clean: Callable[[], None], left: str) -> None:
 class Terminal:
     """A context in which only what goes through this object reaches the terminal; the rest goes to a log kept for errors."""
 
+    def __init__(self) -> None:
+        self.out = sys.stdout
+
     def __enter__(self) -> Self:
         sys.stdout.flush()
         sys.stderr.flush()
