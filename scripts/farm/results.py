@@ -31,7 +31,7 @@ class Results(Outcomes):
         """Keep what an item came to, its `files` by their suffixes. Raises WorkError where that cannot be written."""
         content = io.BytesIO()
         with ZipFile(content, "w") as archive:
-            archive.writestr(RECORD, json.dumps({"job": self.job, "record": record}, allow_nan=False))
+            archive.writestr(RECORD, json.dumps({"job": self.job, "record": record, "files": list(files)}, allow_nan=False))
             for suffix, file in files.items():
                 archive.writestr(suffix, file)
         target = self._path(name)
@@ -54,14 +54,14 @@ class Results(Outcomes):
             try:
                 with ZipFile(self._path(name)) as archive:
                     document = json.loads(archive.read(RECORD))
-                    damaged = archive.testzip()
+                    is_whole = archive.testzip() is None and archive.namelist() == [RECORD, *document["files"]]
             except FileNotFoundError:
                 raise WorkError(f"{name} is missing") from None
             except OSError as error:
                 raise WorkError(f"{name} cannot be read: {error.strerror}") from None
             except Exception as error:  # of many kinds, as damage may be anywhere
                 raise WorkError(f"{name} is damaged") from error
-            if damaged:
+            if not is_whole:
                 raise WorkError(f"{name} is damaged")
             if document["job"] != self.job:
                 raise WorkError(f"{name} is of another job")
