@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
-from true_diffuse.scripts.cli.console import BAD_INPUT, BadInput, Parser, Show, Terminal, script_arguments
+from true_diffuse.scripts.cli.console import BAD_INPUT, BadInput, Parser, Show, Terminal, end, script_arguments
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import NO_SHADER_CACHE, start_blender
 from true_diffuse.scripts.farm import worker
@@ -114,7 +114,7 @@ def in_session(options: Namespace, request: "Request", show: Show) -> list[str]:
         return worker.ask(options.session, request, show)
 
 
-def end(options: Namespace) -> None:
+def end_session(options: Namespace) -> None:
     """End the Blender of a session."""
     worker.end(options.session)
 
@@ -186,11 +186,9 @@ COMMANDS: dict[str, Callable[[Namespace], None]] = {
     "reference": do,
     "render": do,
     "collect": do,
-    "end": end,
+    "end": end_session,
     "serve": serve,
 }
 
 if __name__ == "__main__":
-    status = main()
-    sys.stdout.flush()
-    sys.exit(status)
+    end(main())
