@@ -102,7 +102,9 @@ def build(mesh: "bpy.types.Mesh") -> "tuple[bpy.types.Scene, list[tuple[bpy.type
     """Return a scene with two heads of `mesh`, and these with the paint of each."""
     import bpy
 
-    from mathutils import Matrix, Vector
+    from mathutils import Matrix
+
+    from true_diffuse.scenes.elements import add, add_sun, uniform_world
 
     scene = bpy.data.scenes.new("Difference")
     scene.render.resolution_x, scene.render.resolution_y = SIZE
@@ -111,23 +113,17 @@ def build(mesh: "bpy.types.Mesh") -> "tuple[bpy.types.Scene, list[tuple[bpy.type
     top = max(vertex.co.z for vertex in mesh.vertices)
     heads = []
     for side, paint in ((-0.5, "clay"), (0.5, "dust")):
-        head = bpy.data.objects.new(paint, mesh)
-        head.matrix_world = Matrix.Translation((side * SPACING, -side * 0.3, 0.0)) @ Matrix.Rotation(YAW, 4, "Z")
+        place = Matrix.Translation((side * SPACING, -side * 0.3, 0.0))
+        head = add(scene, paint, mesh, place @ Matrix.Rotation(YAW, 4, "Z"))
         head.material_slots[0].link = "OBJECT"
-        scene.collection.objects.link(head)
         heads.append((head, paint))
-    sun = bpy.data.objects.new("Key", bpy.data.lights.new("Key", "SUN"))
-    sun.data.energy, sun.data.angle = IRRADIANCE, ANGLE
-    sun.matrix_world = Vector(KEY).to_track_quat("Z", "Y").to_matrix().to_4x4()
-    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    camera.data.type, camera.data.sensor_fit, camera.data.ortho_scale = "ORTHO", "VERTICAL", HEIGHT
-    camera.data.clip_start, camera.data.clip_end = 1.0, 10.0
-    camera.matrix_world = Matrix.Translation((ASIDE, -5.0, top + 0.02 - HEIGHT / 2)) @ Matrix.Rotation(math.pi / 2, 4, "X")
-    for item in (sun, camera):
-        scene.collection.objects.link(item)
-    scene.camera = camera
-    scene.world = bpy.data.worlds.new("Surroundings")
-    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (SKY, SKY, SKY, 1.0)
+    add_sun(scene, "Key", KEY, IRRADIANCE, ANGLE)
+    camera = bpy.data.cameras.new("Camera")
+    camera.type, camera.sensor_fit, camera.ortho_scale = "ORTHO", "VERTICAL", HEIGHT
+    camera.clip_start, camera.clip_end = 1.0, 10.0
+    place = Matrix.Translation((ASIDE, -5.0, top + 0.02 - HEIGHT / 2))
+    scene.camera = add(scene, "Camera", camera, place @ Matrix.Rotation(math.pi / 2, 4, "X"))
+    scene.world = uniform_world("Surroundings", (SKY, SKY, SKY))
     return scene, heads
 
 

@@ -23,6 +23,7 @@ from true_diffuse.addon.measure import render
 from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, chosen_lights
 from true_diffuse.addon.optimize.materials import optimize_materials
+from true_diffuse.scenes.elements import add
 from true_diffuse.scenes.sphere import sphere_under_sun
 from true_diffuse.scripts.studies.study import Step, Table, percent
 
@@ -66,16 +67,14 @@ class Animation:
         stage = sphere_under_sun(size)
         self.scene, self.sun, self.sphere = stage.scene, stage.sun, stage.sphere
         self.scene.camera.data.lens = LENS
-        self.point = bpy.data.objects.new("Point", bpy.data.lights.new("Point", "POINT"))
-        self.scene.collection.objects.link(self.point)
+        self.point = add(self.scene, "Point", bpy.data.lights.new("Point", "POINT"))
         self.sun.data.angle, self.point.data.shadow_soft_size = (0.3, 0.5) if shadows else (0.0, 0.0)
         for light in (self.sun, self.point):
             light.data.use_shadow = shadows
         if shadows:  # of a ball half-way to the point light
-            ball = bpy.data.objects.new("Ball", self.sphere.data.copy())
+            ball = add(self.scene, "Ball", self.sphere.data.copy())
             ball.scale, ball.location = (0.3, 0.3, 0.3), (-1.3, -2.0, 0.0)
             ball.data.materials[0] = None
-            self.scene.collection.objects.link(ball)
         self.scene.eevee.use_shadows = shadows
         self.scene.eevee.use_raytracing = False
         self.scene.cycles.max_bounces = 0

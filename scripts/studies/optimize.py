@@ -25,6 +25,7 @@ from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
 from true_diffuse.addon.optimize.materials import OptimizedNode, optimize_materials, total
 from true_diffuse.scenes import five_characters
+from true_diffuse.scenes.elements import add
 from true_diffuse.scenes.sphere import sphere_under_sun
 from true_diffuse.scripts.characters import face
 from true_diffuse.scripts.studies import noise
@@ -91,9 +92,8 @@ def _everything() -> dict[Engine, bpy.types.Scene]:
     for x, group in ((-0.5, ROUGH_DIFFUSE), (0.5, SUBSURFACE)):
         material = materials.create(f"Everything, {group.name}", group)
         _link_sockets(material.node_tree.nodes[group.name])
-        ball = bpy.data.objects.new(group.name, stage.sphere.data)
+        ball = add(scene, group.name, stage.sphere.data)
         ball.location.x, ball.scale = x, (0.5, 0.5, 0.5)
-        scene.collection.objects.link(ball)
         ball.material_slots[0].link, ball.material_slots[0].material = "OBJECT", material
     bpy.data.objects.remove(stage.sphere)
     scenes = {EEVEE: scene, CYCLES: scene.copy()}

@@ -22,6 +22,7 @@ from true_diffuse.addon.models import MODELS, Model
 from true_diffuse.addon.models.quadrature import gauss_legendre
 from true_diffuse.addon.models.registry import Osl
 from true_diffuse.addon.models.vector import Vector, add, dot, from_polar, normalize, scale
+from true_diffuse.scenes.elements import add as add_object
 from true_diffuse.scripts.studies.float32_accuracy import Arguments, single_vector
 
 EXACT = (Osl.EXACT, Osl.EXACT_TOWARDS_VIEWER)
@@ -83,10 +84,8 @@ class Inputs:
 
 def suns(aims: Sequence[Vector]) -> list[Sun]:
     """Return suns in about these directions."""
-    light = bpy.data.lights.new("Sun", "SUN")
-    lamp = bpy.data.objects.new("Sun", light)
-    scene = bpy.data.scenes.new("True Diffuse Suns")
-    scene.collection.objects.link(lamp)
+    scene, light = bpy.data.scenes.new("True Diffuse Suns"), bpy.data.lights.new("Sun", "SUN")
+    lamp = add_object(scene, "Sun", light)
     result = []
     for aim in aims:
         lamp.rotation_euler = BlenderVector(aim).to_track_quat("Z", "Y").to_euler()
@@ -137,19 +136,16 @@ def _render(sun: Sun, inputs: Sequence[Inputs], pair: Sequence[bpy.types.Materia
     mesh = _mesh([*inputs, *[inputs[-1]] * (width * height - len(inputs))], width)
     for material in pair if any(one.turns for one in inputs) else pair[:1]:  # each takes Cycles as long as the picture
         mesh.materials.append(material)
-    subject = bpy.data.objects.new("OSL Measurement", mesh)
+    source = bpy.data.scenes.new("OSL Measurement")
+    subject = add_object(source, "OSL Measurement", mesh)
     light = bpy.data.lights.new("OSL Measurement", "SUN")
     light.energy = 1.0
-    lamp = bpy.data.objects.new("OSL Measurement", light)
+    lamp = add_object(source, "OSL Measurement", light)
     lamp.rotation_euler = sun.rotation
     lens = bpy.data.cameras.new("OSL Measurement")
     lens.type, lens.ortho_scale, lens.clip_end = "ORTHO", max(width, height), 4000.0
-    camera = bpy.data.objects.new("OSL Measurement", lens)
-    camera.location = (0.5 * width, 0.5 * height, 2000.0)
-    source = bpy.data.scenes.new("OSL Measurement")
-    for item in (subject, lamp, camera):
-        source.collection.objects.link(item)
-    source.camera = camera
+    source.camera = add_object(source, "OSL Measurement", lens)
+    source.camera.location = (0.5 * width, 0.5 * height, 2000.0)
     source.render.resolution_x, source.render.resolution_y = width, height
     source.cycles.shading_system = True
     source.view_layers[0].update()
