@@ -3,7 +3,6 @@
 
 from array import array
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import bpy
 
@@ -18,13 +17,11 @@ type MeshAttribute = tuple[str, str]
 WIDTHS = {"color": 4, "uv": 2, "normal_uv": 2, "tangent": 4}  # components
 
 
-def attribute_values(mesh: bpy.types.Mesh, attribute: MeshAttribute, corners: array[int]) -> Floats | array[float] | None:
-    """Return the values of a color attribute or UV map for each corner of `mesh`; None where `mesh` does not have it.
-
-    For a tangent these are the values of its UV map, from which `Faces.tangents` computes it. `corners` are the corners' vertices.
-    """
-    kind, name = attribute
-    return _colors(mesh, name, corners) if kind == "color" else _uv_map(mesh, name)
+def item_values(items: bpy.types.bpy_prop_collection, name: str, width: int = 1, kind: str = "f") -> array:
+    """Return the property `name` of all `items`, `width` numbers each: floats, or integers with `kind` "i"."""
+    values = array(kind, bytes(4 * width * len(items)))
+    items.foreach_get(name, values)
+    return values
 
 
 def gathered(values: Floats | array[float], width: int, indices: Sequence[int]) -> Floats:
@@ -34,24 +31,13 @@ def gathered(values: Floats | array[float], width: int, indices: Sequence[int]) 
     return memoryview(b"".join(map(items.__getitem__, indices))).cast("f")
 
 
-@dataclass(frozen=True)
 class Faces:
-    """A mesh's triangles. `positions` are those of vertices, `normals` those of corners; `corners` has the vertex of each corner,
-    `triangles` three corners for each triangle.
-    """
+    """The triangles of `mesh`; `corners` has the vertex of each corner, `triangles` three corners for each triangle."""
 
-    positions: array[float]
-    normals: array[float]
-    corners: array[int]
-    triangles: array[int]
-
-    @classmethod
-    def of(cls, mesh: bpy.types.Mesh, corners: array[int], triangles: array[int]) -> "Faces":
-        """Return the faces of `mesh`, of which `corners` and `triangles` have been read already."""
-        positions, normals = array("f", bytes(12 * len(mesh.vertices))), array("f", bytes(12 * len(corners)))
-        mesh.attributes["position"].data.foreach_get("vector", positions)
-        mesh.corner_normals.foreach_get("vector", normals)
-        return cls(positions, normals, corners, triangles)
+    def __init__(self, mesh: bpy.types.Mesh, corners: array[int], triangles: array[int]) -> None:
+        self.positions = item_values(mesh.attributes["position"].data, "vector", 3)
+        self.normals = item_values(mesh.corner_normals, "vector", 3)
+        self.corners, self.triangles = corners, triangles
 
     def tangents(self, uv: Floats | array[float], scratch: bpy.types.Mesh) -> Floats:
         """Return MikkTSpace's unit tangent along u for each corner, and in w the sign with which n x tangent is along v.
@@ -71,9 +57,7 @@ class Faces:
         normals.data.foreach_set("vector", gathered(self.normals, 3, self.triangles))
         scratch.uv_layers.new(name="UVMap").uv.foreach_set("vector", gathered(uv, 2, self.triangles))
         scratch.calc_tangents(uvmap="UVMap")
-        tangents, signs = array("f", bytes(12 * count)), array("f", bytes(4 * count))
-        scratch.loops.foreach_get("tangent", tangents)
-        scratch.loops.foreach_get("bitangent_sign", signs)
+        tangents, signs = item_values(scratch.loops, "tangent", 3), item_values(scratch.loops, "bitangent_sign")
         both = array("f", bytes(16 * count + 16))  # the last item is for corners without a triangle
         for axis in range(3):
             both[axis:-4:4] = tangents[axis::3]
@@ -84,24 +68,19 @@ class Faces:
         return gathered(both, 4, last)
 
 
-def _colors(mesh: bpy.types.Mesh, name: str, corners: array[int]) -> Floats | array[float] | None:
-    """Return the linear color of each corner; None where `mesh` has no such attribute."""
+def corner_colors(mesh: bpy.types.Mesh, name: str, corners: array[int]) -> Floats | array[float] | None:
+    """Return the linear color of each corner, `corners` being their vertices; None where `mesh` has no such attribute."""
     index = mesh.color_attributes.render_color_index
     is_default = name == DEFAULT_COLOR and 0 <= index < len(mesh.color_attributes)
     attribute = mesh.color_attributes[index] if is_default else mesh.color_attributes.get(name)
     if attribute is None:
         return None
-    colors = array("f", bytes(16 * len(attribute.data)))
-    attribute.data.foreach_get("color", colors)
+    colors = item_values(attribute.data, "color", 4)
     return gathered(colors, 4, corners) if attribute.domain == "POINT" else colors
 
 
-def _uv_map(mesh: bpy.types.Mesh, name: str) -> array[float] | None:
+def corner_uvs(mesh: bpy.types.Mesh, name: str) -> array[float] | None:
     """Return the UV coordinates of each corner; None where `mesh` has no such map."""
     active = next((layer for layer in mesh.uv_layers if layer.active_render), None) if name == DEFAULT_UV else None
     layer = active or mesh.uv_layers.get(name)
-    if layer is None:
-        return None
-    values = array("f", bytes(8 * len(layer.uv)))
-    layer.uv.foreach_get("vector", values)
-    return values
+    return item_values(layer.uv, "vector", 2) if layer else None

@@ -9,7 +9,7 @@ import bpy
 
 import gpu
 
-from .mesh_attributes import CORNERS, WIDTHS, Faces, Floats, MeshAttribute, attribute_values, gathered
+from .mesh_attributes import CORNERS, WIDTHS, Faces, Floats, MeshAttribute, corner_colors, corner_uvs, gathered, item_values
 
 MAX_HULL_TRIANGLES = 64  # meshes of more triangles have their box as hull
 LARGEST = 1e18  # its square is a finite 32-bit float, too
@@ -35,16 +35,11 @@ class Mesh:
         self._attributes: dict[MeshAttribute, gpu.types.GPUVertBuf] = {}
         if not len(mesh.loop_triangles):
             return
-        self._corners = array("i", bytes(4 * len(mesh.loops)))
-        mesh.attributes[".corner_vert"].data.foreach_get("value", self._corners)
-        positions = array("f", bytes(12 * len(mesh.vertices)))
-        mesh.attributes["position"].data.foreach_get("vector", positions)
-        normals = array("f", bytes(12 * len(mesh.loops)))
-        mesh.corner_normals.foreach_get("vector", normals)
-        triangles = array("i", bytes(4 * CORNERS * len(mesh.loop_triangles)))
-        mesh.loop_triangles.foreach_get("loops", triangles)
-        slots = array("i", bytes(4 * len(mesh.loop_triangles)))
-        mesh.loop_triangles.foreach_get("material_index", slots)
+        self._corners = item_values(mesh.attributes[".corner_vert"].data, "value", kind="i")
+        positions = item_values(mesh.attributes["position"].data, "vector", 3)
+        normals = item_values(mesh.corner_normals, "vector", 3)
+        triangles = item_values(mesh.loop_triangles, "loops", CORNERS, "i")
+        slots = item_values(mesh.loop_triangles, "material_index", kind="i")
         corner_positions = gathered(positions, 3, self._corners)
         if not sum(map(abs, positions)) < LARGEST:  # the sum may be NaN
             triangles, slots = self._finite(corner_positions, triangles, slots)
@@ -65,10 +60,13 @@ class Mesh:
         Each attribute is sent to the driver once. `scratch` returns a mesh that may be overwritten, possibly `mesh` itself.
         """
         missing = [name for name in dict.fromkeys(chain.from_iterable(wanted.values())) if name not in self._attributes]
-        values_by_name = {name: attribute_values(mesh, name, self._corners) for name in missing}
+        all_values = {  # a tangent is computed from its UV map
+            (kind, name): corner_colors(mesh, name, self._corners) if kind == "color" else corner_uvs(mesh, name)
+            for kind, name in missing
+        }
         has_tangents = any(kind == "tangent" for kind, _ in missing)
-        faces = Faces.of(mesh, self._corners, self._triangles) if has_tangents else None
-        for (kind, name), values in values_by_name.items():
+        faces = Faces(mesh, self._corners, self._triangles) if has_tangents else None
+        for (kind, name), values in all_values.items():
             if faces and kind == "tangent" and values is not None:
                 values = faces.tangents(values, scratch())
             if values is None:  # as in Blender, a missing attribute is 0
