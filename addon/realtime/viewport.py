@@ -43,7 +43,9 @@ class Viewport:
             return
         size = (0, 0)
         try:
-            window = _window_view(context)
+            region, seen = context.region, context.region_data
+            eye = eye_of(seen.view_matrix.inverted_safe(), seen.is_perspective)
+            window = View(seen.perspective_matrix.copy(), eye, seen.is_perspective, region.width, region.height)
             x, y, width, height = _border(context, scene, window)
             size = (width, height)
             if min(size) <= 0 or self._failed_size == size:
@@ -89,13 +91,6 @@ def redraw(area: int) -> None:
         for open_area in window.screen.areas:
             if open_area.as_pointer() == area:
                 open_area.tag_redraw()
-
-
-def _window_view(context: bpy.types.Context) -> View:
-    """Return the view of a whole viewport."""
-    region, view = context.region, context.region_data
-    eye = eye_of(view.view_matrix.inverted_safe(), view.is_perspective)
-    return View(view.perspective_matrix.copy(), eye, view.is_perspective, region.width, region.height)
 
 
 def _border(context: bpy.types.Context, scene: bpy.types.Scene, view: View) -> tuple[int, int, int, int]:
