@@ -77,7 +77,7 @@ def test_removing_it_takes_its_entry_and_its_files(tmp_path: Path) -> None:
 
 def test_folder_that_cannot_be_written_is_said_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(assets.AssetsFailed, match="Cannot write"):
+    with pytest.raises(assets.AssetError, match="Cannot write"):
         assets.add(tmp_path / "file" / "assets")
 
 

@@ -42,7 +42,7 @@ assets.write(Path({folder!r}))
 """
 
 
-class AssetsFailed(Exception):
+class AssetError(Exception):
     """The library cannot be made; the message is one line for the user."""
 
 
@@ -58,7 +58,7 @@ def registered(folder: Path) -> bpy.types.UserAssetLibrary | None:
 
 
 def add(folder: Path) -> None:
-    """Make the library at `folder`, in the place of an older one, and register it; raises AssetsFailed where that fails."""
+    """Make the library at `folder`, in the place of an older one, and register it; raises AssetError where that fails."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".new_", dir=folder) as new:
@@ -66,7 +66,7 @@ def add(folder: Path) -> None:
             for name in (ASSET_FILE, CATALOG_FILE):
                 (Path(new) / name).replace(folder / name)
     except OSError as error:
-        raise AssetsFailed(f"Cannot write to {folder}: {error.strerror}") from error
+        raise AssetError(f"Cannot write to {folder}: {error.strerror}") from error
     if registered(folder) is None:
         library = bpy.context.preferences.filepaths.asset_libraries.new(name=NAME, directory=str(folder))
         library.import_method = "APPEND"  # linked materials could not be edited
@@ -81,16 +81,16 @@ def remove(folder: Path) -> None:
 
 
 def _write_elsewhere(folder: Path) -> None:
-    """Let another Blender `write`; raises AssetsFailed with its last words where it fails."""
+    """Let another Blender `write`; raises AssetError with its last words where it fails."""
     root = Path(__file__).resolve().parents[2]
     code = WORKER.format(init=str(root / "__init__.py"), root=str(root), folder=str(folder))
     try:
         result = subprocess.run(another_blender(code), capture_output=True, text=True, timeout=SECONDS, check=False)
     except subprocess.TimeoutExpired:
-        raise AssetsFailed(f"Blender took more than {SECONDS} s to write the library") from None
+        raise AssetError(f"Blender took more than {SECONDS} s to write the library") from None
     if result.returncode != 0 or not (folder / CATALOG_FILE).is_file():
         words = (result.stderr or result.stdout).strip().splitlines()
-        raise AssetsFailed(f"Blender could not write the library: {words[-1] if words else 'it gave no reason'}")
+        raise AssetError(f"Blender could not write the library: {words[-1] if words else 'it gave no reason'}")
 
 
 def write(folder: Path) -> None:

@@ -6,28 +6,20 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from .context import locked_reason_in_editor
+from .base import Operator
+from .context import editor_obstacle
 
 if TYPE_CHECKING:
     from ..material.materials import Setting
     from ..nodes import Group
 
 
-class AddsNode(bpy.types.Operator):
+class AddNode(Operator):
     """Base of operators that add a node at the mouse in the Shader Editor."""
 
-    bl_options = {"REGISTER", "UNDO"}
-
     @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        space = context.space_data
-        if space is None or space.type != "NODE_EDITOR" or not isinstance(space.id, bpy.types.Material) or space.edit_tree is None:
-            cls.poll_message_set("Open a material in the Shader Editor")
-            return False
-        reason = locked_reason_in_editor(context)
-        if reason:
-            cls.poll_message_set(reason)
-        return not reason
+    def obstacle(cls, context: bpy.types.Context) -> str:
+        return editor_obstacle(context)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         context.space_data.cursor_location_from_region(event.mouse_region_x, event.mouse_region_y)
@@ -40,10 +32,9 @@ class AddsNode(bpy.types.Operator):
         """Add a node that holds `group`, its sockets set to `inputs`; returns what an operator's `execute` does."""
         from ..material.materials import add_group, set_inputs, set_thickness
 
-        tree, added = context.space_data.edit_tree, group.ensure()
-        if added == tree or added.contains_tree(tree):
-            self.report({"ERROR"}, "A group cannot contain itself")
-            return {"CANCELLED"}
+        tree, group_tree = context.space_data.edit_tree, group.ensure()
+        if group_tree == tree or group_tree.contains_tree(tree):
+            return self.cancel_with("A group cannot contain itself")
         for node in tree.nodes:
             node.select = False
         node = add_group(tree, group)
@@ -64,16 +55,14 @@ def _items(_operator: bpy.types.Operator, _context: bpy.types.Context | None) ->
     return [(key, group.label, group.description) for key, group in _groups().items()]
 
 
-class TRUE_DIFFUSE_OT_add_group(AddsNode):
+class TRUE_DIFFUSE_OT_add_group(AddNode):
     """Add a True Diffuse node group"""
 
     bl_idname = "true_diffuse.add_group"
     bl_label = "Add True Diffuse Group"
 
     key: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
-        name="Group",
-        description="Node group to add",
-        items=_items,
+        name="Group", description="Node group to add", items=_items
     )
 
     @classmethod

@@ -4,20 +4,20 @@
 import bpy
 
 from ..blender.extension import PACKAGE
+from .base import Operator
 
 
-class ChangesAssets(bpy.types.Operator):
-    """Base of operators that change the library; the open file does not change, so there is nothing to undo."""
+class ChangeAssets(Operator):
+    """Base of operators that change the library."""
+
+    bl_options = {"REGISTER"}  # the open file does not change, so there is nothing to undo
 
     @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
-        if not PACKAGE.startswith("bl_ext."):
-            cls.poll_message_set("Install True Diffuse as an extension")
-            return False
-        return True
+    def obstacle(cls, _context: bpy.types.Context) -> str:
+        return "" if PACKAGE.startswith("bl_ext.") else "Install True Diffuse as an extension"
 
 
-class TRUE_DIFFUSE_OT_add_assets(ChangesAssets):
+class TRUE_DIFFUSE_OT_add_assets(ChangeAssets):
     """Write a library of True Diffuse materials and node groups for the Asset Browser; takes some seconds"""
 
     bl_idname = "true_diffuse.add_assets"
@@ -30,9 +30,8 @@ class TRUE_DIFFUSE_OT_add_assets(ChangesAssets):
             context.window.cursor_set("WAIT")
         try:
             assets.add(assets.folder())
-        except assets.AssetsFailed as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        except assets.AssetError as error:
+            return self.cancel_with(error)
         finally:
             if context.window:
                 context.window.cursor_set("DEFAULT")
@@ -40,13 +39,13 @@ class TRUE_DIFFUSE_OT_add_assets(ChangesAssets):
         return {"FINISHED"}
 
 
-class TRUE_DIFFUSE_OT_remove_assets(ChangesAssets):
+class TRUE_DIFFUSE_OT_remove_assets(ChangeAssets):
     """Delete the library of True Diffuse materials; files that use its materials keep them"""
 
     bl_idname = "true_diffuse.remove_assets"
     bl_label = "Remove Asset Library"
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def execute(self, _context: bpy.types.Context) -> set[str]:
         from ..material import assets
 
         assets.remove(assets.folder())

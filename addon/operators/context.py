@@ -9,19 +9,19 @@ def material_of(context: bpy.types.Context) -> bpy.types.Material | None:
     material = getattr(context, "material", None)  # of the Properties editor
     if material is not None:
         return material
-    if _is_node_editor(context):
+    if is_node_editor(context):
         owner = context.space_data.id
         return owner if isinstance(owner, bpy.types.Material) else None
     return context.object.active_material if context.object else None
 
 
 def node_of(context: bpy.types.Context) -> bpy.types.Node | None:
-    """Return the Shader Editor's active node if it holds one of our groups, else the node that makes the material's surface."""
+    """Return the Shader Editor's active node if it holds one of our groups, else the group node of the material's surface."""
     from ..material.read import group_node
     from ..nodes import GROUPS
     from ..nodes.graph import key_and_version
 
-    if _is_node_editor(context) and context.space_data.edit_tree:
+    if is_node_editor(context) and context.space_data.edit_tree:
         active = context.space_data.edit_tree.nodes.active
         if active and key_and_version(active)[0] in {group.key for group in GROUPS}:
             return active
@@ -30,15 +30,30 @@ def node_of(context: bpy.types.Context) -> bpy.types.Node | None:
     return surface[0] if surface else None
 
 
-def locked_reason_in_editor(context: bpy.types.Context) -> str:
-    """Return a sentence on why the Shader Editor's node tree cannot be changed, empty where it can."""
+def editor_obstacle(context: bpy.types.Context) -> str:
+    """Return why the editor is no Shader Editor whose material can be changed, as a message; empty where it is one."""
     from ..material.materials import locked_reason
 
-    owner, tree = context.space_data.id, context.space_data.edit_tree
-    if isinstance(owner, bpy.types.Material) and locked_reason(owner):
-        return f"The material {locked_reason(owner)}"
-    return "" if tree.is_editable else "The node group is linked from another file"
+    space = context.space_data
+    if not is_node_editor(context) or not isinstance(space.id, bpy.types.Material) or space.edit_tree is None:
+        return "Open a material in the Shader Editor"
+    if locked_reason(space.id):
+        return f"The material {locked_reason(space.id)}"
+    return "" if space.edit_tree.is_editable else "The node group is linked from another file"
 
 
-def _is_node_editor(context: bpy.types.Context) -> bool:
-    return context.space_data is not None and context.space_data.type == "NODE_EDITOR"
+def scene_obstacle(context: bpy.types.Context) -> str:
+    """Return why the settings of the scene cannot be changed, as a message; empty where they can."""
+    return "" if context.scene.is_editable else "The scene is linked from another file"
+
+
+def is_node_editor(context: bpy.types.Context) -> bool:
+    return _editor(context) == "NODE_EDITOR"
+
+
+def is_properties_editor(context: bpy.types.Context) -> bool:
+    return _editor(context) == "PROPERTIES"
+
+
+def _editor(context: bpy.types.Context) -> str:
+    return context.space_data.type if context.space_data else ""

@@ -3,24 +3,23 @@
 
 import bpy
 
+from .base import Operator
 
-class TRUE_DIFFUSE_OT_use_selected_lights(bpy.types.Operator):
+
+class TRUE_DIFFUSE_OT_use_selected_lights(Operator):
     """Make Exact for Chosen Lights exact for the selected lights, or for all lights of the scene if none is selected"""
 
     bl_idname = "true_diffuse.use_selected_lights"
     bl_label = "Use Selected Lights"
-    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
+    def obstacle(cls, context: bpy.types.Context) -> str:
         from ..nodes.chosen_lights import SLOTS
 
         lights = _lights(context)
         if not lights:
-            cls.poll_message_set("The scene has no light")
-        elif len(lights) > SLOTS:
-            cls.poll_message_set(f"Select up to {SLOTS} lights")
-        return 0 < len(lights) <= SLOTS
+            return "The scene has no light"
+        return f"Select up to {SLOTS} lights" if len(lights) > SLOTS else ""
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         from ..nodes import chosen_lights
@@ -33,12 +32,11 @@ class TRUE_DIFFUSE_OT_use_selected_lights(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class TRUE_DIFFUSE_OT_toggle_light(bpy.types.Operator):
+class TRUE_DIFFUSE_OT_toggle_light(Operator):
     """Add this light to the chosen lights, or remove it"""
 
     bl_idname = "true_diffuse.toggle_light"
     bl_label = "Toggle Light"
-    bl_options = {"REGISTER", "UNDO"}
 
     light: bpy.props.StringProperty(name="Light", description="Name of the light object")  # ty: ignore[invalid-type-form]
 
@@ -47,16 +45,14 @@ class TRUE_DIFFUSE_OT_toggle_light(bpy.types.Operator):
 
         light = context.scene.objects.get(self.light)
         if light is None or light.type != "LIGHT":
-            self.report({"ERROR"}, f"The scene has no light {self.light}")
-            return {"CANCELLED"}
+            return self.cancel_with(f"The scene has no light {self.light}")
         chosen = chosen_lights.chosen()
         if light in chosen:
             chosen.remove(light)
         elif len(chosen) < chosen_lights.SLOTS:
             chosen.append(light)
         else:
-            self.report({"ERROR"}, f"At most {chosen_lights.SLOTS} lights can be chosen: remove another first")
-            return {"CANCELLED"}
+            return self.cancel_with(f"At most {chosen_lights.SLOTS} lights can be chosen: remove another first")
         chosen_lights.choose(chosen)
         return {"FINISHED"}
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from .base import Operator
 from .context import material_of
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 measurements: dict[int, "Measurement"] = {}  # by a material's session_uid; they hold for this machine, so files do not keep them
 
 
-class TRUE_DIFFUSE_OT_measure(bpy.types.Operator):
+class TRUE_DIFFUSE_OT_measure(Operator):
     """Measure error, noise and render time of the material: renders a small probe in the scene's engine"""
 
     bl_idname = "true_diffuse.measure"
@@ -23,11 +24,8 @@ class TRUE_DIFFUSE_OT_measure(bpy.types.Operator):
     bl_options = {"REGISTER"}  # the file is as before, so there is nothing to undo
 
     @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        if material_of(context) is None:
-            cls.poll_message_set("There is no material")
-            return False
-        return True
+    def obstacle(cls, context: bpy.types.Context) -> str:
+        return "There is no material" if material_of(context) is None else ""
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         return measure(self, context, material_of(context))
@@ -49,7 +47,7 @@ class WindowProgress:
         """Steps are short."""
 
 
-def measure(operator: bpy.types.Operator, context: bpy.types.Context, material: bpy.types.Material) -> set[str]:
+def measure(operator: Operator, context: bpy.types.Context, material: bpy.types.Material) -> set[str]:
     """Measure `material` in the context's scene and report the result; returns what an operator's `execute` does."""
     from ..probe import measurement
 
@@ -57,8 +55,7 @@ def measure(operator: bpy.types.Operator, context: bpy.types.Context, material: 
     try:
         result = measurement.measure(material, context.scene, WindowProgress(context.window_manager, measurement.total_work()))
     except (measurement.MeasurementError, RuntimeError, OSError) as error:
-        operator.report({"ERROR"}, str(error))
-        return {"CANCELLED"}
+        return operator.cancel_with(error)
     finally:
         context.window_manager.progress_end()
     measurements[material.session_uid] = result

@@ -4,23 +4,20 @@
 import bpy
 
 from ..blender.id_properties import SPECIALIZED_FOR
+from .base import Operator
 
 
-class TRUE_DIFFUSE_OT_optimize(bpy.types.Operator):
+class TRUE_DIFFUSE_OT_optimize(Operator):
     """Make all True Diffuse materials of the file render with fewer nodes and closures; picture and settings stay the same"""
 
     bl_idname = "true_diffuse.optimize"
     bl_label = "Optimize Materials"
-    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
+    def obstacle(cls, _context: bpy.types.Context) -> str:
         from ..optimize.materials import group_nodes
 
-        has_nodes = any(True for _ in group_nodes())
-        if not has_nodes:
-            cls.poll_message_set("The file has no True Diffuse material")
-        return has_nodes
+        return "The file has no True Diffuse material" if next(iter(group_nodes()), None) is None else ""
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
         from ..optimize.materials import optimize_materials, remove_unused, rows, total
@@ -30,29 +27,25 @@ class TRUE_DIFFUSE_OT_optimize(bpy.types.Operator):
         for row in rows(results):
             print("  ".join(row))
         before, after = total(results, "before"), total(results, "after")
-        alone = [result for result in results if result.after is None]
         nodes, closures = before.nodes - after.nodes, before.closures - after.closures
         message = f"Removed {nodes} of {before.nodes} nodes and {closures} of {before.closures} closures"
-        if alone:
-            self.report({"WARNING"}, f"{message}; {alone[0].owner} {alone[0].reasons[0]}" + (" (and others)" if alone[1:] else ""))
+        whole = [f"{result.owner} {result.reasons[0]}" for result in results if result.after is None]
+        if whole:
+            self.report({"WARNING"}, f"{message}; {whole[0]}{' (and others)' if whole[1:] else ''}")
         else:
             self.report({"INFO"}, message)
         return {"FINISHED"}
 
 
-class TRUE_DIFFUSE_OT_restore(bpy.types.Operator):
+class TRUE_DIFFUSE_OT_restore(Operator):
     """Restore what Optimize Materials removed from the file's True Diffuse materials"""
 
     bl_idname = "true_diffuse.restore"
     bl_label = "Restore Materials"
-    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
-        optimized = any(SPECIALIZED_FOR in tree for tree in bpy.data.node_groups)
-        if not optimized:
-            cls.poll_message_set("No material is optimized")
-        return optimized
+    def obstacle(cls, _context: bpy.types.Context) -> str:
+        return "" if any(SPECIALIZED_FOR in tree for tree in bpy.data.node_groups) else "No material is optimized"
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
         from ..optimize.materials import restore_materials

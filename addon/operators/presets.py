@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Operators that add a preset: as a node in the Shader Editor, or as a material of objects."""
+"""Operators that use a preset: as a new node in the Shader Editor, as a new material of objects, or as values of a node."""
 
 from typing import TYPE_CHECKING
 
 import bpy
 
-from .add import AddsNode
+from .add import AddNode
+from .base import Operator
+from .context import is_properties_editor, material_of, node_of
 
 if TYPE_CHECKING:
     from ..material.presets import Preset
@@ -23,55 +25,53 @@ def _items(_operator: bpy.types.Operator, _context: bpy.types.Context | None) ->
     return [(key, preset.name, preset.description) for key, preset in _presets().items()]
 
 
-class PicksPreset:
+class UsePreset:
     """Base of operators that offer the presets."""
 
     key: bpy.props.EnumProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
-        name="Preset",
-        description="Material to pick",
-        items=_items,
+        name="Preset", description="Material to use", items=_items
     )
 
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
         return _presets()[properties.key].description
 
+    @property
+    def preset(self) -> "Preset":
+        return _presets()[self.key]
 
-class TRUE_DIFFUSE_OT_add_preset(PicksPreset, AddsNode):
+
+class TRUE_DIFFUSE_OT_add_preset(UsePreset, AddNode):
     """Add a node of a preset"""
 
     bl_idname = "true_diffuse.add_preset"
     bl_label = "Add True Diffuse Preset"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        preset = _presets()[self.key]
-        return self.add(context, preset.group, preset.inputs)
+        return self.add(context, self.preset.group, self.preset.inputs)
 
 
-class TRUE_DIFFUSE_OT_assign_preset(PicksPreset, bpy.types.Operator):
+class TRUE_DIFFUSE_OT_assign_preset(UsePreset, Operator):
     """Give the selected objects one new material of a preset, in the active material slot"""
 
     bl_idname = "true_diffuse.assign_preset"
     bl_label = "Assign True Diffuse Preset"
-    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        ours, linked = _with_surface(context)
-        if not ours:
-            cls.poll_message_set("The selected objects are linked from other files" if linked else "Select objects with a surface")
-        return bool(ours)
+    def obstacle(cls, context: bpy.types.Context) -> str:
+        editable, linked = _with_surface(context)
+        if editable:
+            return ""
+        return "The selected objects are linked from other files" if linked else "Select objects with a surface"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         from ..material.materials import create
 
-        preset = _presets()[self.key]
-        ours, linked = _with_surface(context)
-        material = create(preset.name, preset.group, **preset.inputs)
-        for item in ours:
+        editable, linked = _with_surface(context)
+        material = create(self.preset.name, self.preset.group, **self.preset.inputs)
+        for item in editable:
             item.active_material = material
-        if linked:
-            self.report({"WARNING"}, f"Linked from other files and not changed: {', '.join(item.name for item in linked)}")
+        self.report_linked([item.name for item in linked])
         return {"FINISHED"}
 
 
@@ -80,11 +80,40 @@ def _with_surface(context: bpy.types.Context) -> tuple[list[bpy.types.Object], l
 
     They are the selected objects, in the Properties editor its active object.
     """
-    in_properties = context.space_data is not None and context.space_data.type == "PROPERTIES"
-    items = [context.object] if in_properties and context.object else context.selected_objects
+    items = [context.object] if is_properties_editor(context) and context.object else context.selected_objects
     shaded = [item for item in items if item.type in SHADED]
-    ours = [item for item in shaded if item.is_editable and item.data.is_editable]
-    return ours, [item for item in shaded if item not in ours]
+    editable = [item for item in shaded if item.is_editable and item.data.is_editable]
+    return editable, [item for item in shaded if item not in editable]
 
 
-CLASSES = (TRUE_DIFFUSE_OT_add_preset, TRUE_DIFFUSE_OT_assign_preset)
+class TRUE_DIFFUSE_OT_apply_preset(UsePreset, Operator):
+    """Set the True Diffuse node to the values of a preset; linked sockets stay linked"""
+
+    bl_idname = "true_diffuse.apply_preset"
+    bl_label = "Apply True Diffuse Preset"
+
+    @classmethod
+    def obstacle(cls, context: bpy.types.Context) -> str:
+        from ..material.materials import locked_reason
+        from ..material.summary import node_summary
+
+        node, material = node_of(context), material_of(context)
+        if node is None:
+            return "The material has no True Diffuse node"
+        reason = locked_reason(material) if material else ""
+        if reason or not node.id_data.is_editable:
+            return f"The material {reason or 'is linked from another file'}"
+        return f"{node.node_tree.name} is of another version" if node_summary(node) is None else ""
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        from ..material.materials import set_inputs
+        from ..nodes.graph import key_and_version
+
+        node, preset = node_of(context), self.preset
+        if key_and_version(node)[0] != preset.group.key:
+            return self.cancel_with(f"{preset.name} is a preset of the group {preset.group.label}, the node holds another")
+        set_inputs(node, preset.inputs)
+        return {"FINISHED"}
+
+
+CLASSES = (TRUE_DIFFUSE_OT_add_preset, TRUE_DIFFUSE_OT_assign_preset, TRUE_DIFFUSE_OT_apply_preset)

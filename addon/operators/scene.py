@@ -3,26 +3,23 @@
 
 import bpy
 
+from .base import Operator
+
 ALBEDO = 0.8
 SIZE = (1280, 480)  # pixels
 
 
-class TRUE_DIFFUSE_OT_build_comparison(bpy.types.Operator):
+class TRUE_DIFFUSE_OT_build_comparison(Operator):
     """Build a new scene with five copies of the active object, from standard specular through Lambert to rough Oren-Nayar"""
 
     bl_idname = "true_diffuse.build_comparison"
     bl_label = "Build Comparison Scene"
-    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
+    def obstacle(cls, context: bpy.types.Context) -> str:
         if context.active_object is None or context.active_object.type != "MESH":
-            cls.poll_message_set("Make a mesh object the active one")
-            return False
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Switch to Object Mode")
-            return False
-        return True
+            return "Make a mesh object the active one"
+        return "Switch to Object Mode" if context.mode != "OBJECT" else ""
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         from ...scenes import five_characters, subject
@@ -30,8 +27,7 @@ class TRUE_DIFFUSE_OT_build_comparison(bpy.types.Operator):
         try:
             mesh = subject.from_object(context.active_object, context.evaluated_depsgraph_get())
         except ValueError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return self.cancel_with(error)
         scene = five_characters.build(mesh, ALBEDO, False, SIZE).scene
         scene.render.engine = context.scene.render.engine
         if context.window:  # a script may have none

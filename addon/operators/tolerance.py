@@ -5,23 +5,20 @@ from pathlib import Path
 
 import bpy
 
-from .context import material_of
+from .base import Operator
+from .context import material_of, scene_obstacle
 from .measure import measure
 
 
-class TRUE_DIFFUSE_OT_pick_settings(bpy.types.Operator):
+class TRUE_DIFFUSE_OT_pick_settings(Operator):
     """Set quality and samples to the fastest that stay below the error, by the report of this machine, and measure the material"""
 
     bl_idname = "true_diffuse.pick_settings"
     bl_label = "Pick Settings for Error"
-    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        if not context.scene.is_editable:
-            cls.poll_message_set("The scene is linked from another file")
-            return False
-        return True
+    def obstacle(cls, context: bpy.types.Context) -> str:
+        return scene_obstacle(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         from ..material.summary import engine_of
@@ -32,22 +29,18 @@ class TRUE_DIFFUSE_OT_pick_settings(bpy.types.Operator):
         scene, tolerance = context.scene, context.scene.true_diffuse.error / 100.0
         engine = engine_of(scene)
         if engine is None:
-            self.report({"ERROR"}, f"Reports have no data for {scene.render.engine.title()}, only for EEVEE, Cycles and Realtime")
-            return {"CANCELLED"}
+            return self.cancel_with(f"Reports have no data for {scene.render.engine.title()}, only for EEVEE, Cycles and Realtime")
         try:
             report = read_report(_report_path(), environment([]))
         except ToleranceError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return self.cancel_with(error)
         choices, problems = settings.choose_all(scene, report, tolerance)
         for text in problems if choices else problems[:-1]:
             self.report({"WARNING"}, text)
         if not choices:
-            self.report({"ERROR"}, problems[-1] if problems else "The scene uses no True Diffuse material with a Quality")
-            return {"CANCELLED"}
+            return self.cancel_with(problems[-1] if problems else "The scene uses no True Diffuse material with a Quality")
         samples, linked = settings.apply(scene, choices)
-        if linked:
-            self.report({"WARNING"}, f"Linked from other files and not changed: {', '.join(linked)}")
+        self.report_linked(linked)
         picked = ", ".join(dict.fromkeys(choice.variant for choice in choices.values()))
         expected = max(choice.expected_error for choice in choices.values())
         self.report(

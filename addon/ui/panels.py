@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..blender.id_properties import SPECIALIZED_FOR
-from ..operators.apply import TRUE_DIFFUSE_OT_apply_preset
-from ..operators.context import material_of, node_of
+from ..operators.context import is_node_editor, material_of, node_of
 from ..operators.convert import TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes
 from ..operators.lights import TRUE_DIFFUSE_OT_toggle_light, TRUE_DIFFUSE_OT_use_selected_lights
 from ..operators.measure import TRUE_DIFFUSE_OT_measure, measurements
 from ..operators.optimize import TRUE_DIFFUSE_OT_optimize, TRUE_DIFFUSE_OT_restore
-from ..operators.presets import SHADED
+from ..operators.presets import SHADED, TRUE_DIFFUSE_OT_apply_preset
 from ..operators.tolerance import TRUE_DIFFUSE_OT_pick_settings
 from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
 from . import menus, plots
@@ -142,11 +141,8 @@ def draw_other(layout: bpy.types.UILayout, context: bpy.types.Context, node: bpy
         layout.operator(TRUE_DIFFUSE_OT_upgrade.bl_idname)
         return
     layout.label(text="Not a True Diffuse material")
-    in_shader_editor = context.space_data is not None and context.space_data.type == "NODE_EDITOR"
-    if in_shader_editor:
-        layout.operator(TRUE_DIFFUSE_OT_convert_nodes.bl_idname)
-    else:
-        layout.operator(TRUE_DIFFUSE_OT_convert.bl_idname)
+    convert = TRUE_DIFFUSE_OT_convert_nodes if is_node_editor(context) else TRUE_DIFFUSE_OT_convert
+    layout.operator(convert.bl_idname)
 
 
 def draw_sockets(layout: bpy.types.UILayout, node: bpy.types.Node) -> None:
