@@ -380,7 +380,7 @@ def test_lambert_is_plotted_as_horizontal_lines() -> None:
     canvas = plots.lobe(material_summary(clay(Model="Lambert")), None)
     for degrees, color in plots.LIGHTS:
         for view in (-60.0, 10.0, 70.0):
-            x, y = canvas.place(0.5 + view / 180.0, math.cos(math.radians(degrees)) / plots.TOP)
+            x, y = canvas.pixel(0.5 + view / 180.0, math.cos(math.radians(degrees)) / plots.TOP)
             at = 4 * (round(y) * plots.SIZE + round(x))
             assert max(abs(a - b) for a, b in zip(canvas.pixels[at : at + 3], color, strict=True)) < 60
             above = 4 * (round(y + 6) * plots.SIZE + round(x))
@@ -395,7 +395,7 @@ def test_profile_goes_as_far_as_nearly_all_light_of_the_widest_channel() -> None
     reach = plots.profile_reach(summary)
     # Christensen and Burley (2015), equation (6): d is the mean free path over 1.9 - A + 3.5 (A - 0.8)^2, within 6 % of the walks
     x = reach / (2.0 * lengths[0] / (1.9 - 0.5 + 3.5 * 0.3**2))
-    assert 1.0 - 0.25 * math.exp(-x) - 0.75 * math.exp(-x / 3.0) == pytest.approx(plots.SHARE, abs=0.01)
+    assert 1.0 - 0.25 * math.exp(-x) - 0.75 * math.exp(-x / 3.0) == pytest.approx(plots.FRACTION, abs=0.01)
 
 
 def test_plots_are_drawn_once_for_what_they_show() -> None:

@@ -3,6 +3,8 @@
 
 import bpy
 
+SAMPLES = {"default": 16, "min": 1, "soft_max": 256}
+
 
 class TrueDiffuseScene(bpy.types.PropertyGroup):
     """Settings of a scene, as `scene.true_diffuse`."""
@@ -21,16 +23,12 @@ class TrueDiffuseScene(bpy.types.PropertyGroup):
     samples: bpy.props.IntProperty(  # ty: ignore[invalid-type-form]
         name="Render Samples",
         description="Samples per pixel of True Diffuse Realtime in final renders",
-        default=16,
-        min=1,
-        soft_max=256,
+        **SAMPLES,
     )
     viewport_samples: bpy.props.IntProperty(  # ty: ignore[invalid-type-form]
         name="Viewport Samples",
         description="Samples per pixel of True Diffuse Realtime in the viewport, one per redraw",
-        default=16,
-        min=1,
-        soft_max=256,
+        **SAMPLES,
     )
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The asset library: a material of each preset and the node groups, with pictures, in Blender's Asset Browser.
 
-Another Blender builds it from code when the user asks for it, so that the open file does not change. So its shaders are those of
-this Blender, and the package need not contain it.
+Another Blender builds it from code when the user asks for it: the open file does not change, the shaders are those of this Blender,
+and the package need not contain the library.
 """
 
 import shutil
@@ -43,7 +43,7 @@ assets.write(Path({folder!r}))
 
 
 class AssetError(Exception):
-    """The library cannot be made; the message is one line for the user."""
+    """The library cannot be written; the message is one line for the user."""
 
 
 def folder() -> Path:
@@ -58,11 +58,11 @@ def registered(folder: Path) -> bpy.types.UserAssetLibrary | None:
 
 
 def add(folder: Path) -> None:
-    """Make the library at `folder`, in the place of an older one, and register it; raises AssetError where that fails."""
+    """Write the library to `folder`, replacing an older one, and register it; raises AssetError where that fails."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".new_", dir=folder) as new:
-            _write_elsewhere(Path(new))
+            _write_in_another_blender(Path(new))
             for name in (ASSET_FILE, CATALOG_FILE):
                 (Path(new) / name).replace(folder / name)
     except OSError as error:
@@ -80,8 +80,8 @@ def remove(folder: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
 
 
-def _write_elsewhere(folder: Path) -> None:
-    """Let another Blender `write`; raises AssetError with its last words where it fails."""
+def _write_in_another_blender(folder: Path) -> None:
+    """Call `write` in another Blender; raises AssetError with the last line of its output where it fails."""
     root = Path(__file__).resolve().parents[2]
     code = WORKER.format(init=str(root / "__init__.py"), root=str(root), folder=str(folder))
     try:
@@ -89,17 +89,17 @@ def _write_elsewhere(folder: Path) -> None:
     except subprocess.TimeoutExpired:
         raise AssetError(f"Blender took more than {SECONDS} s to write the library") from None
     if result.returncode != 0 or not (folder / CATALOG_FILE).is_file():
-        words = (result.stderr or result.stdout).strip().splitlines()
-        raise AssetError(f"Blender could not write the library: {words[-1] if words else 'it gave no reason'}")
+        output = (result.stderr or result.stdout).strip().splitlines()
+        raise AssetError(f"Blender could not write the library: {output[-1] if output else 'it gave no reason'}")
 
 
 def write(folder: Path) -> None:
-    """Write the library's files to `folder`. Fills the open file with the assets, so call it in one of no other use."""
+    """Write the library's files to `folder`; the open file gets all assets, so call this in an empty one."""
     blocks: set[bpy.types.ID] = set()
     for preset in PRESETS.values():
-        made = materials.create(preset.name, preset.group, **preset.inputs)
+        material = materials.create(preset.name, preset.group, **preset.inputs)
         tags = (preset.kind, preset.group.label)
-        blocks.add(_mark(made, preset.kind, preset.description, tags, picture(preset.key)))
+        blocks.add(_mark(material, preset.kind, preset.description, tags, preset.picture))
     for group in GROUPS:
         blocks.add(_mark(group.ensure(), "Node Groups", group.description, ("Shader",), picture(group.key)))
     bpy.data.libraries.write(str(folder / ASSET_FILE), blocks, compress=True)

@@ -10,7 +10,7 @@ from ..nodes import SUBSURFACE, Group
 from ..nodes.graph import key_and_version
 
 type Setting = float | str | tuple[float, ...]
-THICK = 100.0  # m; EEVEE corrects it by what shadows say, but not below a thousandth of it
+THICK = 100.0  # m; EEVEE reduces it where shadows show less, down to a thousandth
 THICK_LABEL = "Thick: Keeps Light Out"
 TRANSMITTING = {"SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT", "BSDF_REFRACTION", "BSDF_GLASS"}
 
@@ -18,7 +18,7 @@ TRANSMITTING = {"SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT", "BSDF_REFRACTION", 
 def create(name: str, group: Group, **inputs: Setting) -> bpy.types.Material:
     """Return a new material whose surface is `group`, its sockets set to `inputs` (by socket name; the rest at their defaults)."""
     material = _blank(name)
-    _show(material, add_group(material.node_tree, group), inputs)
+    show(material, add_group(material.node_tree, group), inputs)
     set_thickness(material)
     return material
 
@@ -31,7 +31,7 @@ def create_osl(name: str, stem: str, **inputs: Setting) -> bpy.types.Material:
     material = _blank(name)
     node = material.node_tree.nodes.new("ShaderNodeScript")
     compile_osl(node, stem)
-    _show(material, node, inputs)
+    show(material, node, inputs)
     return material
 
 
@@ -39,7 +39,7 @@ def create_plain(name: str) -> tuple[bpy.types.Material, bpy.types.Node]:
     """Return a new material of Blender's own Diffuse BSDF, and that node."""
     material = _blank(name)
     node = material.node_tree.nodes.new("ShaderNodeBsdfDiffuse")
-    _show(material, node, {})
+    show(material, node)
     return material, node
 
 
@@ -59,7 +59,7 @@ def set_inputs(node: bpy.types.Node, inputs: Mapping[str, Setting]) -> None:
 
 
 def set_thickness(material: bpy.types.Material) -> None:
-    """Tell EEVEE how thick `material` is, unless the artist has: thick where light only falls on it, else as its shadows say.
+    """Set the thickness that EEVEE takes `material` for, unless it is linked: THICK where no light passes, else from shadows.
 
     The Subsurface closure of Rough Diffuse scatters nothing, but EEVEE keeps its radius in steps of 2 mm, dithered. Then light from
     behind comes through meshes that are less than two steps across. For the group Subsurface EEVEE's own thickness, the object's
@@ -76,14 +76,14 @@ def set_thickness(material: bpy.types.Material) -> None:
             material.use_thickness_from_shadow = True
     elif not output.inputs["Thickness"].is_linked:
         thick = tree.nodes.new("ShaderNodeValue")
-        # small, between the output and what feeds its surface
+        # small, between the output and the node of its surface
         thick.label, thick.location, thick.hide = THICK_LABEL, (output.location.x - 149.0, output.location.y - 105.0), True
         thick.outputs[0].default_value, thick.select = THICK, False
         tree.links.new(thick.outputs[0], output.inputs["Thickness"])
 
 
 def _transmits(node: bpy.types.Node) -> bool:
-    """Return whether `node` may let light through, so that its look depends on the thickness."""
+    """Return whether `node` may let light through, so that its appearance depends on the thickness."""
     if node.type == "BSDF_PRINCIPLED":
         weights = (node.inputs["Transmission Weight"], node.inputs["Subsurface Weight"])
         return any(weight.is_linked or weight.default_value > 0.0 for weight in weights)
@@ -98,14 +98,9 @@ def _blank(name: str) -> bpy.types.Material:
     return material
 
 
-def _show(material: bpy.types.Material, node: bpy.types.Node, inputs: Mapping[str, Setting]) -> None:
-    """Set `node`'s sockets and make its BSDF the surface of `material`."""
-    set_inputs(node, inputs)
-    show(material, node)
-
-
-def show(material: bpy.types.Material, node: bpy.types.Node) -> None:
-    """Make the BSDF of `node` the surface of `material`."""
+def show(material: bpy.types.Material, node: bpy.types.Node, inputs: Mapping[str, Setting] | None = None) -> None:
+    """Make the BSDF of `node` the surface of `material`, and set the node's sockets to `inputs`."""
+    set_inputs(node, inputs or {})
     tree = material.node_tree
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     output.location = (450.0, 0.0)
@@ -120,7 +115,7 @@ def locked_reason(material: bpy.types.Material) -> str:
 
 
 def materials_of(scene: bpy.types.Scene) -> list[bpy.types.Material]:
-    """Return the materials of `scene`'s objects, each once, with those of the collections that it instances."""
+    """Return the distinct materials of `scene`'s objects, with those of the collections that it instances."""
     objects: dict[bpy.types.Object, None] = {}
     waiting = list(reversed(scene.objects))
     while waiting:

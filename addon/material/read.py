@@ -52,7 +52,7 @@ def read(node: bpy.types.Node, group: Group, version: int, names: Names) -> Surf
 
     Inputs that an older version lacks have their defaults.
     """
-    inputs: dict[str, Setting] = {socket.name: _default(socket.default) for socket in group.inputs}
+    inputs: dict[str, Setting] = {socket.name: 0.0 if socket.default is None else socket.default for socket in group.inputs}
     linked: dict[str, Source] = {}
     unreadable: dict[str, str] = {}
     for socket in node.inputs:
@@ -68,16 +68,20 @@ def read(node: bpy.types.Node, group: Group, version: int, names: Names) -> Surf
                 inputs[name] = _converted(source, inputs[name])
         except UnsupportedInput as error:
             unreadable[name] = str(error)
-    return Surface(group.key, version, inputs, linked, unreadable)
+    return Surface(group.key, inputs, version, linked, unreadable)
+
+
+def linked_output(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
+    """Return the output linked to `socket`, None where there is none; muted and invalid links do not count."""
+    return next((link.from_socket for link in socket.links if link.is_valid and not link.is_muted), None)
 
 
 def source_socket(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
     """Return the output linked to `socket`, through reroutes; None where there is none."""
-    while True:
-        link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
-        if link is None or link.from_node.type != "REROUTE":
-            return link.from_socket if link else None
-        socket = link.from_node.inputs[0]
+    output = linked_output(socket)
+    while output is not None and output.node.type == "REROUTE":
+        output = linked_output(output.node.inputs[0])
+    return output
 
 
 def read_input(socket: bpy.types.NodeSocket, names: Names) -> tuple[Setting, Source | None]:
@@ -115,10 +119,6 @@ def plain(value: Setting | Sequence[float]) -> Setting:
     if isinstance(value, (int, float)):
         return _shortest(value)
     return tuple(_shortest(component) for component in value)
-
-
-def _default(value: float | tuple[float, ...] | str | None) -> Setting:
-    return 0.0 if value is None else value
 
 
 def _shortest(value: float) -> float:

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A material in short: which of our groups makes its surface, with what values, and how far its lobes are from the formula.
+"""A summary of a material: the group of its surface, the group's values, and the difference of its lobes from the formula.
 
-The stated error is between formulas, over all lights and views; `probe/measurement.py` measures what an engine renders.
+The stated error compares formulas, over all lights and views; `probe/measurement.py` measures what an engine renders.
 """
 
 import functools
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import bpy
@@ -22,7 +21,7 @@ from ..models.registry import Osl
 from ..nodes import GROUPS, SPECULAR_GROUP, SUBSURFACE
 from ..nodes.graph import key_and_version
 from .read import group_node, plain
-from .surface import Setting
+from .surface import GroupInputs
 
 BRIGHTEST_IN_EEVEE = 8.0  # the highest color of a closure that EEVEE's format of 10 bits and an exponent of 2 holds
 VARYING_IN_REALTIME = {"Color"}  # sockets whose textures and attributes Realtime draws
@@ -30,28 +29,12 @@ ORDER = 6  # of the quadrature: two digits of the error, in 25 ms at most, as a 
 
 
 @dataclass(frozen=True)
-class MaterialSummary:
-    """The values of a group node's sockets by name, and the names of those that are linked. `group` is the group's key."""
+class MaterialSummary(GroupInputs):
+    """The group node of a material's surface: its inputs, and the names of those that are linked."""
 
-    group: str
-    inputs: Mapping[str, Setting]
     linked: frozenset[str]
     has_osl: bool
-    """Whether the group was made by a Blender that compiles OSL, and so switches to it."""
-
-    def number(self, name: str) -> float:
-        """Return a socket's number."""
-        value = self.inputs[name]
-        if not isinstance(value, (int, float)):
-            raise TypeError(f"{name} is {value!r}, not a number")
-        return float(value)
-
-    def rgb(self, name: str) -> tuple[float, float, float]:
-        """Return a socket's red, green and blue, or its vector."""
-        value = self.inputs[name]
-        if not isinstance(value, tuple):
-            raise TypeError(f"{name} is {value!r}, not a color")
-        return value[0], value[1], value[2]
+    """Whether the group was built by a Blender that compiles OSL, and so switches to it."""
 
     @property
     def label(self) -> str:
@@ -98,7 +81,7 @@ class MaterialSummary:
         return base + model.height > BRIGHTEST_IN_EEVEE
 
     def variant(self, engine: Engine, osl: bool) -> str:
-        """Return what makes the surface in `engine`, with `osl` or not: OSL, or the Quality or Method; empty without a choice."""
+        """Return the source of the surface in `engine`, with `osl` or not: OSL, the Quality or the Method; empty without a choice."""
         if engine is REALTIME:
             return ""
         if self.group == SUBSURFACE.key:
@@ -107,9 +90,9 @@ class MaterialSummary:
 
 
 def material_summary(material: bpy.types.Material | None) -> MaterialSummary | None:
-    """Return the summary of `material`; None where no True Diffuse group makes its surface."""
-    found = group_node(material) if material else None
-    return node_summary(found[0]) if found else None
+    """Return the summary of `material`; None where its surface is no True Diffuse group."""
+    surface = group_node(material) if material else None
+    return node_summary(surface[0]) if surface else None
 
 
 def node_summary(node: bpy.types.Node) -> MaterialSummary | None:
@@ -118,14 +101,16 @@ def node_summary(node: bpy.types.Node) -> MaterialSummary | None:
     if group is None:
         return None
     sockets = [node.inputs.get(socket.name) for socket in group.inputs]
-    if not all(got and got.bl_idname.startswith(want.kind) for got, want in zip(sockets, group.inputs, strict=True)):
+    if not all(
+        socket and socket.bl_idname.startswith(expected.kind) for socket, expected in zip(sockets, group.inputs, strict=True)
+    ):
         return None  # an older version of the group, or one that somebody edited
     inputs = {socket.name: plain(socket.default_value) for socket in sockets}
     linked = frozenset(socket.name for socket in sockets if socket.is_linked)
     is_specialized = SPECIALIZED_FOR in node.node_tree
     tree = next(iter(group.trees()), node.node_tree) if is_specialized else node.node_tree
-    parts = [tree, *(inner.node_tree for inner in tree.nodes if inner.type == "GROUP")]  # Subsurface holds Rough Diffuse
-    return MaterialSummary(group.key, inputs, linked, any(inner.type == "SCRIPT" for part in parts for inner in part.nodes))
+    trees = [tree, *(inner.node_tree for inner in tree.nodes if inner.type == "GROUP")]  # Subsurface holds Rough Diffuse
+    return MaterialSummary(group.key, inputs, linked, any(inner.type == "SCRIPT" for tree in trees for inner in tree.nodes))
 
 
 def engine_of(scene: bpy.types.Scene) -> Engine | None:
@@ -134,7 +119,7 @@ def engine_of(scene: bpy.types.Scene) -> Engine | None:
 
 
 def stated_error(summary: MaterialSummary, scene: bpy.types.Scene) -> str:
-    """Return a message: the error of the closures in `scene`'s engine against the formula. Empty where formulas do not tell."""
+    """Return a message: the error of the closures in `scene`'s engine against the formula. Empty where formulas do not determine it."""
     engine = engine_of(scene)
     if engine is None:
         return ""

@@ -33,18 +33,11 @@ type Source = Image | Attribute
 
 
 @dataclass(frozen=True)
-class Surface:
-    """A node of one of our groups: the `group`'s key, the values of all `inputs` by name, and what is linked to them.
-
-    Inputs in `linked` and `unreadable` are in `inputs` too, with the socket's own value.
-    """
+class GroupInputs:
+    """A node of one of our groups: the `group`'s key and the values of all `inputs` by name."""
 
     group: str
-    version: int
     inputs: Mapping[str, Setting]
-    linked: Mapping[str, Source] = field(default_factory=dict)
-    unreadable: Mapping[str, str] = field(default_factory=dict)
-    """Descriptions of links to anything but an image, a color attribute or a constant, each times a constant."""
 
     def number(self, name: str) -> float:
         """Return the value of a number input; raises TypeError where it is of another type."""
@@ -66,6 +59,19 @@ class Surface:
         if not isinstance(value, str):
             raise TypeError(f"{name} is {value!r}, not an entry of a menu")
         return value
+
+
+@dataclass(frozen=True)
+class Surface(GroupInputs):
+    """A node of a `version` of one of our groups, and what is linked to its inputs.
+
+    Inputs in `linked` and `unreadable` are in `inputs` too, with the socket's own value.
+    """
+
+    version: int
+    linked: Mapping[str, Source] = field(default_factory=dict)
+    unreadable: Mapping[str, str] = field(default_factory=dict)
+    """Descriptions of links to anything but an image, a color attribute or a constant, each times a constant."""
 
     def supported(self, images: Collection[str], attributes: Collection[str]) -> tuple["Surface", list[str]]:
         """Return the surface as a target can hold it, and a message for each link that it cannot.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files made with an older True Diffuse: their nodes get the groups of this one, with their links, values and animation.
+"""Upgrades files of an older True Diffuse: nodes get the groups of this version and keep links, values and animation.
 
 Sockets and menu entries are matched by name; `SOCKETS` and `ENTRIES` map the names of older versions. A group that somebody has
 edited, or that a newer True Diffuse made, stays as it is.
@@ -28,7 +28,7 @@ LIGHTS_KEYS = (chosen_lights.LIGHTS.key, "lamps")  # of the group of chosen ligh
 
 @dataclass
 class Report:
-    """What an upgrade did: the owners of the upgraded nodes by name, and lines about what could not be upgraded or was lost."""
+    """The result of an upgrade: names of the owners of upgraded nodes, and notes on what could not be upgraded or was lost."""
 
     upgraded: list[str] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)

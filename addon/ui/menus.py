@@ -8,6 +8,7 @@ import bpy
 import bpy.utils.previews
 
 from ..operators.add import TRUE_DIFFUSE_OT_add_group
+from ..operators.context import is_node_editor
 from ..operators.convert import TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes, TRUE_DIFFUSE_OT_match_engines
 from ..operators.lights import TRUE_DIFFUSE_OT_use_selected_lights
 from ..operators.optimize import TRUE_DIFFUSE_OT_optimize, TRUE_DIFFUSE_OT_restore
@@ -20,43 +21,44 @@ if TYPE_CHECKING:
 
 COLUMNS = 3
 PICTURE_SIZE = 4.0  # times an icon's
-pictures: bpy.utils.previews.ImagePreviewCollection  # by a preset's key as far as drawn, while the extension is registered
+pictures: bpy.utils.previews.ImagePreviewCollection  # of the presets drawn so far, by key; set while the extension is registered
 
 
-class TRUE_DIFFUSE_MT_matte(bpy.types.Menu):
+class PresetMenu(bpy.types.Menu):
+    """Base of menus of the presets whose kind is the menu's label."""
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Offer the presets: as a new node in the Shader Editor, as a new material of objects in other editors."""
+        from ..material.presets import PRESETS
+
+        operator = TRUE_DIFFUSE_OT_add_preset if is_node_editor(context) else TRUE_DIFFUSE_OT_assign_preset
+        draw_pictures(self.layout, [preset for preset in PRESETS.values() if preset.kind == self.bl_label], operator)
+
+
+class TRUE_DIFFUSE_MT_matte(PresetMenu):
     """Chalk, clay and other matte materials"""
 
-    bl_idname = "TRUE_DIFFUSE_MT_matte"
     bl_label = "Matte"
 
-    def draw(self, context: bpy.types.Context) -> None:
-        draw_presets(self.layout, context, self.bl_label)
 
-
-class TRUE_DIFFUSE_MT_skin(bpy.types.Menu):
+class TRUE_DIFFUSE_MT_skin(PresetMenu):
     """Skin tones"""
 
-    bl_idname = "TRUE_DIFFUSE_MT_skin"
     bl_label = "Skin"
 
-    def draw(self, context: bpy.types.Context) -> None:
-        draw_presets(self.layout, context, self.bl_label)
 
-
-class TRUE_DIFFUSE_MT_translucent(bpy.types.Menu):
+class TRUE_DIFFUSE_MT_translucent(PresetMenu):
     """Marble, milk and other measured translucent materials"""
 
-    bl_idname = "TRUE_DIFFUSE_MT_translucent"
     bl_label = "Translucent"
 
-    def draw(self, context: bpy.types.Context) -> None:
-        draw_presets(self.layout, context, self.bl_label)
+
+PRESET_MENUS = (TRUE_DIFFUSE_MT_matte, TRUE_DIFFUSE_MT_skin, TRUE_DIFFUSE_MT_translucent)
 
 
 class TRUE_DIFFUSE_MT_add(bpy.types.Menu):
     """Rough diffuse and subsurface node groups, and materials made of them"""
 
-    bl_idname = "TRUE_DIFFUSE_MT_add"
     bl_label = "True Diffuse"
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -71,28 +73,16 @@ class TRUE_DIFFUSE_MT_add(bpy.types.Menu):
 class TRUE_DIFFUSE_MT_object(bpy.types.Menu):
     """Materials for the selected objects, and the lights they are exact for"""
 
-    bl_idname = "TRUE_DIFFUSE_MT_object"
     bl_label = "True Diffuse"
 
     def draw(self, context: bpy.types.Context) -> None:
         draw_common(self.layout)
         self.layout.separator()
-        self.layout.operator(TRUE_DIFFUSE_OT_convert.bl_idname)
-        self.layout.operator(TRUE_DIFFUSE_OT_match_engines.bl_idname)
-        self.layout.operator(TRUE_DIFFUSE_OT_build_comparison.bl_idname)
+        for operator in (TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_match_engines, TRUE_DIFFUSE_OT_build_comparison):
+            self.layout.operator(operator.bl_idname)
         self.layout.separator()
-        self.layout.operator(TRUE_DIFFUSE_OT_optimize.bl_idname)
-        self.layout.operator(TRUE_DIFFUSE_OT_restore.bl_idname)
-        self.layout.operator(TRUE_DIFFUSE_OT_upgrade.bl_idname)
-
-
-def draw_presets(layout: bpy.types.UILayout, context: bpy.types.Context, kind: str) -> None:
-    """Draw the presets of `kind`: they add a node in the Shader Editor, and a material to objects in other editors."""
-    from ..material.presets import PRESETS
-
-    in_shader_editor = context.space_data.type == "NODE_EDITOR"
-    operator = TRUE_DIFFUSE_OT_add_preset if in_shader_editor else TRUE_DIFFUSE_OT_assign_preset
-    draw_pictures(layout, [preset for preset in PRESETS.values() if preset.kind == kind], operator)
+        for operator in (TRUE_DIFFUSE_OT_optimize, TRUE_DIFFUSE_OT_restore, TRUE_DIFFUSE_OT_upgrade):
+            self.layout.operator(operator.bl_idname)
 
 
 def draw_pictures(layout: bpy.types.UILayout, presets: "Sequence[Preset]", operator: type[bpy.types.Operator]) -> None:
@@ -110,9 +100,8 @@ def draw_pictures(layout: bpy.types.UILayout, presets: "Sequence[Preset]", opera
 
 def draw_common(layout: bpy.types.UILayout) -> None:
     """Draw the entries of both menus."""
-    layout.menu(TRUE_DIFFUSE_MT_matte.bl_idname)
-    layout.menu(TRUE_DIFFUSE_MT_skin.bl_idname)
-    layout.menu(TRUE_DIFFUSE_MT_translucent.bl_idname)
+    for menu in PRESET_MENUS:
+        layout.menu(menu.__name__)
     layout.separator()
     layout.operator(TRUE_DIFFUSE_OT_use_selected_lights.bl_idname)
 
@@ -122,13 +111,13 @@ def draw_add_menu(self: bpy.types.Menu, context: bpy.types.Context) -> None:
     space = context.space_data
     if space.tree_type == "ShaderNodeTree" and (space.id is None or isinstance(space.id, (bpy.types.Material, bpy.types.Light))):
         self.layout.separator()
-        self.layout.menu(TRUE_DIFFUSE_MT_add.bl_idname)
+        self.layout.menu(TRUE_DIFFUSE_MT_add.__name__)
 
 
 def draw_object_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     """Draw the entry at the end of the 3D Viewport's Object menu."""
     self.layout.separator()
-    self.layout.menu(TRUE_DIFFUSE_MT_object.bl_idname)
+    self.layout.menu(TRUE_DIFFUSE_MT_object.__name__)
 
 
 def draw_convert(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
@@ -153,7 +142,7 @@ ENTRIES = (
     ("NODE_MT_context_menu", draw_convert_nodes),
 )
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
-    (TRUE_DIFFUSE_MT_matte, TRUE_DIFFUSE_MT_skin, TRUE_DIFFUSE_MT_translucent, TRUE_DIFFUSE_MT_add, TRUE_DIFFUSE_MT_object)
+    (*PRESET_MENUS, TRUE_DIFFUSE_MT_add, TRUE_DIFFUSE_MT_object)
 )
 
 

@@ -21,15 +21,14 @@ from . import menus, plots
 if TYPE_CHECKING:
     from ..material.summary import MaterialSummary
 
-LINE = 34  # letters that fit into a sidebar beside an icon
+LINE_LENGTH = 34  # letters that fit into a sidebar beside an icon
 CHANNELS = ("Red", "Green", "Blue")
 NARROWEST, WIDEST = 7.0, 13.0  # of a plot, times an icon's size
 
 
 class TRUE_DIFFUSE_MT_apply(bpy.types.Menu):
-    """Values of a preset for this node"""
+    """Set this node to the values of a preset"""
 
-    bl_idname = "TRUE_DIFFUSE_MT_apply"
     bl_label = "Presets"
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -74,7 +73,7 @@ class TRUE_DIFFUSE_PT_material(MaterialPanel, bpy.types.Panel):
 
 
 class TRUE_DIFFUSE_PT_node(MaterialPanel, bpy.types.Panel):
-    """The active True Diffuse node, else the one that makes the material's surface"""
+    """The active True Diffuse node, else the one of the material's surface"""
 
     bl_space_type = "NODE_EDITOR"
     bl_region_type = "UI"
@@ -101,7 +100,7 @@ class TRUE_DIFFUSE_PT_scene(bpy.types.Panel):
 def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
     """Draw the whole panel of a material."""
     from ..material.materials import locked_reason
-    from ..material.summary import material_summary, node_summary
+    from ..material.summary import node_summary
 
     node = node_of(context)
     summary = node_summary(node) if node else None
@@ -117,9 +116,7 @@ def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, materi
     if summary.follows_lights:
         _section(layout, "lights", "Lights", lambda body: draw_lights(body, context.scene))
     _section(layout, "plot", "Plot", lambda body: draw_plots(body, context, summary))
-    _section(
-        layout, "accuracy", "Accuracy", lambda body: draw_accuracy(body, context, material, summary, material_summary(material))
-    )
+    _section(layout, "accuracy", "Accuracy", lambda body: draw_accuracy(body, context.scene, material, summary))
     _section(layout, "error", "Error", lambda body: draw_error(body, context.scene))
     row = layout.row(align=True)
     row.operator(TRUE_DIFFUSE_OT_optimize.bl_idname)
@@ -138,16 +135,16 @@ def draw_other(layout: bpy.types.UILayout, context: bpy.types.Context, node: bpy
     """Draw the panel of a material without one of our groups, or with a group of another version."""
     if node is not None:
         layout.label(text=f"{node.node_tree.name} is of another version", icon="ERROR")
-        layout.operator(TRUE_DIFFUSE_OT_upgrade.bl_idname)
-        return
-    layout.label(text="Not a True Diffuse material")
-    convert = TRUE_DIFFUSE_OT_convert_nodes if is_node_editor(context) else TRUE_DIFFUSE_OT_convert
-    layout.operator(convert.bl_idname)
+        operator = TRUE_DIFFUSE_OT_upgrade
+    else:
+        layout.label(text="Not a True Diffuse material")
+        operator = TRUE_DIFFUSE_OT_convert_nodes if is_node_editor(context) else TRUE_DIFFUSE_OT_convert
+    layout.operator(operator.bl_idname)
 
 
 def draw_sockets(layout: bpy.types.UILayout, node: bpy.types.Node) -> None:
     """Draw the node's inputs as the node editor does; inputs without effect on the chosen model are dimmed."""
-    layout.menu(TRUE_DIFFUSE_MT_apply.bl_idname)
+    layout.menu(TRUE_DIFFUSE_MT_apply.__name__)
     for socket in node.inputs:
         row = layout.column(align=True)
         row.active = not socket.is_inactive
@@ -173,8 +170,8 @@ def draw_plots(layout: bpy.types.UILayout, context: bpy.types.Context, summary: 
 
     engine = engine_of(context.scene)
     key = (summary.group, *sorted((name, value) for name, value in summary.inputs.items() if name != "Normal"))
-    is_below = summary.group == SUBSURFACE.key
-    if is_below and summary.number("Subsurface") > 0.0:
+    is_subsurface = summary.group == SUBSURFACE.key
+    if is_subsurface and summary.number("Subsurface") > 0.0:
         _plot(layout, context, plots.icon(("profile", key), lambda: plots.profile(summary)))
         _caption(
             layout,
@@ -182,7 +179,7 @@ def draw_plots(layout: bpy.types.UILayout, context: bpy.types.Context, summary: 
             f"Across: 0 to {plots.profile_reach(summary):.3g} mm",
             f"Up: R(r) [1/mm²], {plots.DECADES} decades",
         )
-    if not is_below or summary.number("Subsurface") < 1.0:
+    if not is_subsurface or summary.number("Subsurface") < 1.0:
         _plot(layout, context, plots.icon(("lobe", engine and engine.key, key), lambda: plots.lobe(summary, engine)))
         lights = " / ".join(f"{degrees:g}°" for degrees, _ in plots.LIGHTS)
         _caption(
@@ -210,16 +207,12 @@ def _caption(layout: bpy.types.UILayout, *lines: str) -> None:
 
 
 def draw_accuracy(
-    layout: bpy.types.UILayout,
-    context: bpy.types.Context,
-    material: bpy.types.Material,
-    summary: "MaterialSummary",
-    surface: "MaterialSummary | None",
+    layout: bpy.types.UILayout, scene: bpy.types.Scene, material: bpy.types.Material, summary: "MaterialSummary"
 ) -> None:
-    """Draw the stated error of the formulas, and the last measurement of the material's `surface`."""
-    from ..material.summary import stated_error
+    """Draw the stated error of the formulas that `summary` names, and the last measurement of the material's surface."""
+    from ..material.summary import material_summary, stated_error
 
-    first, *rest = textwrap.wrap(stated_error(summary, context.scene) or "Not measured yet", LINE)
+    first, *rest = textwrap.wrap(stated_error(summary, scene) or "Not measured yet", LINE_LENGTH)
     layout.label(text=first, icon="INFO")
     _caption(layout, *rest)
     layout.operator(TRUE_DIFFUSE_OT_measure.bl_idname)
@@ -228,7 +221,7 @@ def draw_accuracy(
         return
     column = layout.column(align=True)
     column.scale_y = 0.85
-    if not measurement.is_current(surface, context.scene):
+    if not measurement.is_current(material_summary(material), scene):
         column.label(text="Outdated: other settings", icon="ERROR")
         column.active = False
     for line in measurement.lines():

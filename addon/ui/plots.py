@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The plots in the panels, drawn in plain Python into previews: a lobe over the angle of view, the radial profile below a surface.
 
-On a dark ground of their own, so that they look the same in every theme. Each is drawn once for what it shows and then kept.
+They have a dark background, so that they look the same in every theme. A plot is drawn again only when its inputs change.
 """
 
 import math
@@ -28,46 +28,46 @@ CHANNELS: tuple[Color, ...] = ((255, 105, 95), (110, 215, 110), (110, 155, 255))
 LINE, THIN = 1.1, 0.6  # half widths in pixels
 STEP = 3  # degrees between views
 VIEW = 87  # the last view drawn [degrees]
-DASH = 2  # of the points on, and as many off
-TOP = 1.5  # of the lobe's axis: radiance over Lambert's, both lit head on
+DASH = 2  # steps between points that a dash is long, and the gap after it
+TOP = 1.5  # of the lobe's axis: radiance over Lambert's, both lit at normal incidence
 DECADES = 4  # of the profile's axis
-SHARE = 0.95  # of the light of the widest channel: as far as the profile's axis goes
+FRACTION = 0.95  # of the light of the widest channel: as far as the profile's axis goes
 PROFILE_POINTS = 60
 KEPT = 32  # plots
 
 _plots: bpy.utils.previews.ImagePreviewCollection  # while the extension is registered
-_keys: dict[object, str] = {}  # what is drawn, the oldest first, by the name of its preview
+_keys: dict[object, str] = {}  # names of previews by what they show, the oldest first
 
 
 class Canvas:
-    """A square picture with its axes; x and y of what is drawn are shares of them, from the bottom left."""
+    """A square picture with its axes; x and y of points are fractions of the axes, from the bottom left."""
 
     def __init__(self) -> None:
         self.pixels = bytearray(bytes((*GROUND, 255)) * (SIZE * SIZE))
 
-    def place(self, x: float, y: float) -> tuple[float, float]:
-        """Return the pixel of a point of the axes."""
-        room = SIZE - 1.0 - 2.0 * BORDER
-        return BORDER + room * x, BORDER + room * y
+    def pixel(self, x: float, y: float) -> tuple[float, float]:
+        """Return the position in pixels of a point of the axes."""
+        length = SIZE - 1.0 - 2.0 * BORDER
+        return BORDER + length * x, BORDER + length * y
 
     def line(self, points: Points, color: Color, half: float = LINE) -> None:
         """Draw a line through `points`."""
-        placed = [self.place(x, y) for x, y in points]
-        for (x0, y0), (x1, y1) in pairwise(placed):
+        pixels = [self.pixel(x, y) for x, y in points]
+        for (x0, y0), (x1, y1) in pairwise(pixels):
             self._segment(x0, y0, x1, y1, color, half)
 
     def dashes(self, points: Points, color: Color, half: float = LINE) -> None:
-        """Draw a line through `points` of which every other piece is left out."""
+        """Draw a dashed line through `points`."""
         for first in range(0, len(points) - 1, 2 * DASH):
             self.line(points[first : first + DASH + 1], color, half)
 
     def dot(self, x: float, y: float, color: Color, radius: float = 4.0) -> None:
         """Draw a disc."""
-        x, y = self.place(x, y)
+        x, y = self.pixel(x, y)
         self._segment(x, y, x, y, color, radius)
 
     def _segment(self, x0: float, y0: float, x1: float, y1: float, color: Color, half: float) -> None:
-        """Draw a piece of a line: each pixel is covered by as much as its center is nearer than half a pixel beyond the edge."""
+        """Draw a line segment. A pixel's coverage is how far its center lies inside the edge plus half a pixel, in [0, 1]."""
         pixels, reach = self.pixels, half + 0.5
         dx, dy = x1 - x0, y1 - y0
         square = dx * dx + dy * dy
@@ -81,16 +81,16 @@ class Canvas:
                 cover = reach - math.hypot(x - x0 - t * dx, y - y0 - t * dy)
                 if cover > 0.0:
                     cover = min(cover, 1.0)
-                    at = 4 * (y * SIZE + x)
-                    pixels[at] += int((red - pixels[at]) * cover)
-                    pixels[at + 1] += int((green - pixels[at + 1]) * cover)
-                    pixels[at + 2] += int((blue - pixels[at + 2]) * cover)
+                    offset = 4 * (y * SIZE + x)
+                    pixels[offset] += int((red - pixels[offset]) * cover)
+                    pixels[offset + 1] += int((green - pixels[offset + 1]) * cover)
+                    pixels[offset + 2] += int((blue - pixels[offset + 2]) * cover)
 
 
 def lobe(summary: "MaterialSummary", engine: "Engine | None") -> Canvas:
     """Draw radiance over the angle of view, in the plane of the light, for lights at LIGHTS, and dashed the lobes of `engine`.
 
-    Gray lines are Lambert's. Views from -90 to 90 degrees; a dot marks where each light stands. The color's luminance counts.
+    Gray lines are Lambert's. Views from -90 to 90 degrees; a dot marks each light. The albedo is the color's luminance.
     """
     from ..closures.lobes import Rendered
     from ..models.color import LUMINANCE
@@ -103,7 +103,7 @@ def lobe(summary: "MaterialSummary", engine: "Engine | None") -> Canvas:
 
     albedo = min(1.0, max(0.02, sum(w * c for w, c in zip(LUMINANCE, summary.rgb("Color"), strict=True))))
     lobe_set = summary.lobe_set(engine) if engine else None
-    shown = Rendered(summary.model, lobe_set) if lobe_set else None
+    lobes = Rendered(summary.model, lobe_set) if lobe_set else None
     canvas = _axes(3)
     for degrees, color in LIGHTS:
         l = towards(degrees)
@@ -116,16 +116,16 @@ def lobe(summary: "MaterialSummary", engine: "Engine | None") -> Canvas:
         ideal = math.cos(math.radians(degrees)) / TOP
         canvas.line([(0.0, ideal), (1.0, ideal)], IDEAL, THIN)
         canvas.line(curve(summary.model.radiance), color)
-        if shown:
+        if lobes:
             red, green, blue = (channel // 2 + 50 for channel in color)
-            canvas.dashes(curve(shown.radiance), (red, green, blue))
+            canvas.dashes(curve(lobes.radiance), (red, green, blue))
         canvas.dot(0.5 + degrees / 180.0, 0.0, color)
     return canvas
 
 
 def profile_reach(summary: "MaterialSummary") -> float:
-    """Return the distance [mm] to which the plot of the profile goes: SHARE of the widest channel's light comes out nearer."""
-    return max(burley.radius(SHARE) for burley in _profiles(summary))
+    """Return the distance [mm] up to which the profile is plotted: within it FRACTION of the widest channel's light comes out."""
+    return max(burley.radius(FRACTION) for burley in _profiles(summary))
 
 
 def profile(summary: "MaterialSummary") -> Canvas:
@@ -143,7 +143,7 @@ def profile(summary: "MaterialSummary") -> Canvas:
 
 
 def _profiles(summary: "MaterialSummary") -> list:
-    """Return the profile of each channel: what a random walk gives, as `closures/subsurface_fit.py` says."""
+    """Return each channel's profile, that of the random walk (`closures/subsurface_fit.py`)."""
     from ..closures.subsurface_fit import edge_width
     from ..models.burley import EDGE_WIDTH_25_75, Burley
 
@@ -165,7 +165,7 @@ def _axes(rows: int) -> Canvas:
 
 
 def icon(key: object, draw: Callable[[], Canvas]) -> int:
-    """Return the icon of the plot that `draw` makes; it is drawn anew only where that of `key` is no longer kept."""
+    """Return the icon of the plot that `draw` makes; it is drawn again only if the plot of `key` is no longer kept."""
     name = _keys.pop(key, None)
     if name is None:
         name = _keys.pop(next(iter(_keys))) if len(_keys) >= KEPT else str(len(_keys))

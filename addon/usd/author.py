@@ -115,7 +115,7 @@ def read_custom_data(material: UsdShade.Material) -> Surface | None:
         return None
     inputs = {name: value if isinstance(value, (str, int, float)) else tuple(value) for name, value in data["inputs"].items()}
     linked = {name: _source_from_usd(material, name, values) for name, values in data.get("fed", {}).items()}
-    return Surface(str(data["group"]), int(data["version"]), inputs, linked)
+    return Surface(str(data["group"]), inputs, int(data["version"]), linked)
 
 
 def _source_from_usd(material: UsdShade.Material, socket: str, values: Mapping[str, float | str]) -> Source:
