@@ -81,7 +81,7 @@ class MaterialSummary(GroupInputs):
         return base + model.height > BRIGHTEST_IN_EEVEE
 
     def variant(self, engine: Engine, osl: bool) -> str:
-        """Return the source of the surface in `engine`, with `osl` or not: OSL, the Quality or the Method; empty without a choice."""
+        """Return "OSL" where `engine` runs the OSL shader, else the Quality or the Method; empty where there is no choice."""
         if engine is REALTIME:
             return ""
         if self.group == SUBSURFACE.key:
@@ -119,7 +119,7 @@ def engine_of(scene: bpy.types.Scene) -> Engine | None:
 
 
 def stated_error(summary: MaterialSummary, scene: bpy.types.Scene) -> str:
-    """Return a message: the error of the closures in `scene`'s engine against the formula. Empty where formulas do not determine it."""
+    """Return a message: the error of the closures in `scene`'s engine against the formula. Empty where it is unknown."""
     engine = engine_of(scene)
     if engine is None:
         return ""
