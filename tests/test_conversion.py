@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the engines' closures are fed, against the exact reflectance of a half-space, random walks and the engines' own fits."""
+"""Inputs of the engines' closures against the exact reflectance of a half-space, random walks and the engines' own fits."""
 
 import math
 from itertools import pairwise
@@ -16,8 +16,8 @@ from true_diffuse.addon.closures.subsurface_fit import (
     MU,
     SKIN_IOR,
     H,
+    closure_inputs,
     edge_width,
-    fed,
     lost,
 )
 from true_diffuse.addon.models.fresnel import boundary
@@ -50,13 +50,14 @@ def test_beam_is_within_its_stated_error(s: float) -> None:
 @pytest.mark.parametrize("color", COLORS)
 def test_random_walk_returns_the_color(color: float) -> None:
     # 5e-5 of the fit, and what Cycles' rounded constants make of it; near black `darkened` is a line for a slight curve
-    assert reflected(openpbr(fed("RANDOM_WALK", color).color)) == pytest.approx(color, rel=0.006 if color < DARKEST else 5e-4)
+    color_input = closure_inputs("RANDOM_WALK", color).color
+    assert reflected(openpbr(color_input)) == pytest.approx(color, rel=0.006 if color < DARKEST else 5e-4)
 
 
 @pytest.mark.parametrize("color", COLORS)
 def test_legacy_random_walk_returns_the_color(color: float) -> None:
     # 0.15 % of the fit to the color, near black 0.6 % as above, near white alpha is ever steeper in it
-    got = reflected(min(0.999999, wrenninge(fed("RANDOM_WALK_LEGACY", color).color)))
+    got = reflected(min(0.999999, wrenninge(closure_inputs("RANDOM_WALK_LEGACY", color).color)))
     assert got == pytest.approx(color, rel=0.012 if color < DARKEST or color > 0.95 else 0.005)
 
 
@@ -84,19 +85,19 @@ def test_edge_widens_with_the_color() -> None:
 @pytest.mark.parametrize("method", [*WALKS, "BURLEY"])
 def test_fed_color_rises(method: str) -> None:
     # to 0.98, where the older walks' own curve ends
-    assert all(low < high for low, high in pairwise(fed(method, k / 50).color for k in range(50)))
+    assert all(low < high for low, high in pairwise(closure_inputs(method, k / 50).color for k in range(50)))
 
 
 @pytest.mark.parametrize("method", WALKS)
 def test_fed_colors_add_up_to_no_more_than_all(method: str) -> None:
-    assert all(0.0 <= fed(method, k / 100).rest <= 0.103 for k in range(101))
-    assert fed(method, 0.5).rest < 1e-6
+    assert all(0.0 <= closure_inputs(method, k / 100).rest <= 0.103 for k in range(101))
+    assert closure_inputs(method, 0.5).rest < 1e-6
 
 
 @pytest.mark.parametrize("method", [*WALKS, "BURLEY"])
 @given(color=anything)
 def test_fed_numbers_are_sane_for_anything(method: str, color: float) -> None:
-    got = fed(method, color)
+    got = closure_inputs(method, color)
     assert 0.0 <= got.color <= 1.0 and 0.0 <= got.rest <= 1.0
     assert 0.0 < got.radius < 1e4
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the engines' Subsurface closures are fed, so that one medium looks alike in all of them.
+"""Inputs of the engines' Subsurface closures with which one medium looks alike in all of them.
 
 The medium is a half-space of isotropic scattering with mean free path l = 1 / sigma_t' and an index-matched boundary. Seen along
 the normal (light's way turned round: a beam from mu = MU) it reflects the share `color`, and the edge of a shadow on it is
@@ -32,7 +32,7 @@ from ..models.terms import FLOATS, Arithmetic, Number, polynomial
 
 IOR, SKIN_IOR = 3.8, 1.4  # of the closure, to bend what enters; not of the surface
 MU = 0.988  # mean cosine inside at IOR, over all views
-LAMBERT_BELOW = 1e-6  # mean free path in Blender's units: 32-bit floats cannot tell less, so it is Lambert's, fed the color itself
+LAMBERT_BELOW = 1e-6  # mean free path in Blender's units: 32-bit floats resolve no less; shorter ones are Lambert's
 LEAST_ALPHA, STEPS = 0.2, 255.5
 H = 2.8866  # Chandrasekhar's H(MU) at alpha = 1
 # Exact slopes at both ends: -H in s at 0, and (1 - MU ln(1 + 1 / MU)) / 2 in alpha at 0. To 5e-5.
@@ -49,8 +49,8 @@ HALF_STEP = 1.0 / 1023.0  # Blender's units, of radii up to 1
 LONGER = (1.0, 4.0, 12.0)  # in the share of the color that is lost
 
 
-class Fed(NamedTuple):
-    """What a Subsurface closure is fed, and a Lambert closure beside it: one channel, or all as sockets."""
+class ClosureInputs(NamedTuple):
+    """Inputs of a Subsurface closure and of a Lambert closure added to it: one channel, or all as sockets."""
 
     color: Number
     radius: Number
@@ -86,10 +86,10 @@ def lost(s: Number, ops: Arithmetic = FLOATS) -> Number:
     return tail * (H / math.sqrt(math.pi * STEPS))
 
 
-def random_walks(color: Number, ops: Arithmetic = FLOATS) -> dict[str, Fed]:
-    """Return what Cycles' random walks are fed for a medium that reflects `color` in [0, 1], by Blender's name of the method.
+def random_walks(color: Number, ops: Arithmetic = FLOATS) -> dict[str, ClosureInputs]:
+    """Return the inputs of Cycles' random walks for a medium that reflects `color` in [0, 1], by Blender's name of the method.
 
-    At IOR and Roughness 0, or RANDOM_WALK_SKIN at SKIN_IOR. What is lost is made up for by longer mean free paths, so that an edge
+    At IOR and Roughness 0, or RANDOM_WALK_SKIN at SKIN_IOR. Longer mean free paths compensate what is lost, so that an edge
     keeps its width.
     """
     dark = darkened(color, ops)
@@ -98,15 +98,15 @@ def random_walks(color: Number, ops: Arithmetic = FLOATS) -> dict[str, Fed]:
     longer = polynomial(ops, LONGER, rest / ops.maximum(color, DARKEST))
     shrinking = rational(SKIN_SHRINKING, 3, color, ops)
     return {
-        "RANDOM_WALK": Fed(VAN_DE_HULST.reflectance(s, ops), longer, rest),
-        "RANDOM_WALK_SKIN": Fed(dark * polynomial(ops, SKIN, dark), longer / shrinking, rest * SKIN_LOST),
-        "RANDOM_WALK_LEGACY": Fed(dark * polynomial(ops, LEGACY, dark), longer * (4.0 * math.pi), rest),
+        "RANDOM_WALK": ClosureInputs(VAN_DE_HULST.reflectance(s, ops), longer, rest),
+        "RANDOM_WALK_SKIN": ClosureInputs(dark * polynomial(ops, SKIN, dark), longer / shrinking, rest * SKIN_LOST),
+        "RANDOM_WALK_LEGACY": ClosureInputs(dark * polynomial(ops, LEGACY, dark), longer * (4.0 * math.pi), rest),
     }
 
 
-def fed(method: str, color: float) -> Fed:
-    """Return what Cycles is fed for a medium that reflects `color`, clamped to [0, 1]; `method` is Blender's name."""
+def closure_inputs(method: str, color: float) -> ClosureInputs:
+    """Return the closures' inputs in Cycles for a medium that reflects `color`, clamped to [0, 1]; `method` is Blender's name."""
     color = clamp(color, 0.0, 1.0)
     if method == "BURLEY":
-        return Fed(color, 4.0 * math.pi * edge_width(color) / EDGE_WIDTH_25_75, 0.0)
+        return ClosureInputs(color, 4.0 * math.pi * edge_width(color) / EDGE_WIDTH_25_75, 0.0)
     return random_walks(color)[method]

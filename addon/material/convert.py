@@ -1,46 +1,47 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's Diffuse, Principled and Subsurface Scattering BSDFs converted to True Diffuse groups that look the same in Cycles.
+"""Converts Blender's Diffuse, Principled and Subsurface Scattering BSDFs to True Diffuse groups that look the same in Cycles.
 
 - Diffuse BSDF: Rough Diffuse with the model Cycles Diffuse, which is the node's own in Cycles, or Lambert at Roughness 0.
 - Principled BSDF: Subsurface, or Rough Diffuse where it has neither highlight nor subsurface scattering. Its Specular IOR Level L
-  scales what is mirrored head on, F0, by 2 L; the group gets the index of refraction that mirrors as much, and its full coat. What
-  would look grossly different without its metal, glass, clear coat, glow or holes is left alone.
-- Subsurface Scattering: Subsurface without a coat. Cycles' closures take numbers of their own kind for color and radius: see
-  closures/subsurface_fit.py, which is turned round here. Cycles' random walks come out darker than their Color, by up to a fifth;
-  the group's Color is what came out (see ENTRY). EEVEE's own reading of the numbers, the same for all methods, does not count.
+  scales the reflectance at normal incidence, F0, by 2 L; the group gets the index of refraction with that reflectance, and its full
+  coat. A node that would look grossly different without its metal, glass, clear coat, emission or transparency is left alone.
+- Subsurface Scattering: Subsurface without a coat. Color and radius of the medium follow from the closure's inputs by inverting
+  closures/subsurface_fit.py. Cycles' random walks reflect up to a fifth less than their Color; the group's Color is the reflected
+  one (see ENTRY). EEVEE interprets the inputs in another way, the same for all methods, which is not reproduced.
 
-Textures and other nodes stay linked. Where Color is linked it is passed on as it is, and lengths are those of a color of 0.5.
+Textures and other nodes stay linked. A linked Color stays as it is, and lengths are those of a color of 0.5.
 """
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import partial
 
 import bpy
 
 from ..blender import fcurves
 from ..closures.quality import BALANCED
-from ..closures.subsurface_fit import Fed, fed
+from ..closures.subsurface_fit import closure_inputs
 from ..models import MODELS
 from ..nodes import ROUGH_DIFFUSE, SUBSURFACE, Group
 from ..nodes.graph import GROUP_ID
 from .materials import Setting, add_group, locked_reason, materials_of, set_inputs, set_thickness
+from .read import linked_output
 
 MILLIMETERS = 1000.0  # in a meter
 UNKNOWN_COLOR = 0.5
-# A random walk that enters head on reflects what the fits are for, one that enters from everywhere its Color. Through a boundary of
-# Roughness r it is ENTRY[0] + ENTRY[1] r of the way between them, as measured on spheres of colors 0.1 to 0.8; to 2 %.
+# A random walk that enters at normal incidence reflects the fits' color, one that enters from all directions its Color. Through a
+# boundary of Roughness r it is between, by the fraction ENTRY[0] + ENTRY[1] r, measured on spheres of colors 0.1 to 0.8, to 2 %.
 ENTRY = (0.17, 0.53)
 HIGHEST_IOR = 3.0  # of the group's coat
-# What Principled's subsurface_method and Subsurface Scattering's falloff are in the group
+# The group's Method by Principled's subsurface_method and Subsurface Scattering's falloff
 METHODS = {
     "BURLEY": "Christensen-Burley",
     "RANDOM_WALK": "Random Walk",
     "RANDOM_WALK_SKIN": "Random Walk (Skin)",
     "RANDOM_WALK_LEGACY": "Random Walk (Legacy)",
 }
-ENTERED = {"RANDOM_WALK", "RANDOM_WALK_LEGACY"}
+ROUGH_BOUNDARY = {"RANDOM_WALK", "RANDOM_WALK_LEGACY"}
 GROSS = {"Metallic": "metal", "Transmission Weight": "transmission", "Coat Weight": "a clear coat"}
 MINOR = {"Sheen Weight": "sheen", "Anisotropic": "anisotropy", "Thin Film Thickness": "thin film"}
 CONVERTIBLE = {"BSDF_DIFFUSE", "BSDF_PRINCIPLED", "SUBSURFACE_SCATTERING"}
@@ -52,49 +53,38 @@ class ConversionError(Exception):
 
 @dataclass
 class Report:
-    """What a conversion did: materials by name, settings in words, and lines about what stayed or was lost."""
+    """The result of a conversion: names of materials, messages on changed settings, notes on what stayed or was lost."""
 
     converted: list[str] = field(default_factory=list)
     settings: list[str] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)
 
 
-@dataclass(frozen=True)
-class Source:
-    """An output linked to a socket, multiplied by the vector `factor` if there is one."""
-
-    source: bpy.types.NodeSocket
-    factor: tuple[float, ...] | None = None
-
-
 @dataclass
 class Plan:
-    """The node that takes another one's place."""
+    """The group that replaces a node, with values and linked outputs by input."""
 
     group: Group
     values: dict[str, Setting] = field(default_factory=dict)
-    sources: dict[str, Source] = field(default_factory=dict)
+    sources: dict[str, bpy.types.NodeSocket] = field(default_factory=dict)
+    factors: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    """Vectors that multiply a linked output."""
     losses: list[str] = field(default_factory=list)
 
     def take(self, socket: bpy.types.NodeSocket, name: str) -> None:
-        """Make the group's input `name` what `socket` is: its link, or else its value."""
-        source = source_of(socket)
+        """Give the group's input `name` the link of `socket`, or else its value."""
+        source = linked_output(socket)
         if source:
-            self.sources[name] = Source(source)
+            self.sources[name] = source
         elif socket.type == "RGBA":
             self.values[name] = tuple(socket.default_value)
         elif name != "Normal":
             self.values[name] = socket.default_value
 
 
-def source_of(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
-    """Return the output linked to `socket`, None where there is none."""
-    return next((link.from_socket for link in socket.links if link.is_valid and not link.is_muted), None)
-
-
-def is_on(socket: bpy.types.NodeSocket) -> bool:
-    """Return whether a weight is linked or above 0."""
-    return source_of(socket) is not None or socket.default_value > 0.0
+def is_used(socket: bpy.types.NodeSocket) -> bool:
+    """Return whether a weight or roughness is linked or above 0."""
+    return linked_output(socket) is not None or socket.default_value > 0.0
 
 
 def diffuse(node: bpy.types.Node, _meter: float, quality: str) -> Plan:
@@ -112,7 +102,7 @@ def subsurface(node: bpy.types.Node, meter: float, _quality: str) -> Plan:
     lengths = node.inputs["Radius"], node.inputs["Scale"]
     _medium(plan, node.falloff, node.inputs["Color"], *lengths, node.inputs.get("Roughness"), meter)
     plan.take(node.inputs["Normal"], "Normal")
-    if node.falloff != "BURLEY" and is_on(node.inputs["Anisotropy"]):
+    if node.falloff != "BURLEY" and is_used(node.inputs["Anisotropy"]):
         plan.losses.append("anisotropy of the scattering")
     return plan
 
@@ -120,18 +110,18 @@ def subsurface(node: bpy.types.Node, meter: float, _quality: str) -> Plan:
 def principled(node: bpy.types.Node, meter: float, quality: str) -> Plan:
     """Return the replacement of a Principled BSDF; raises ConversionError where it would look grossly different."""
     inputs = node.inputs
-    gross = [words for name, words in GROSS.items() if is_on(inputs[name])]
-    if source_of(inputs["Alpha"]) or inputs["Alpha"].default_value < 1.0:
+    gross = [feature for name, feature in GROSS.items() if is_used(inputs[name])]
+    if linked_output(inputs["Alpha"]) or inputs["Alpha"].default_value < 1.0:
         gross.append("transparency")
-    glow = inputs["Emission Color"]
-    if is_on(inputs["Emission Strength"]) and (source_of(glow) or any(value > 0.0 for value in glow.default_value[:3])):
+    color = inputs["Emission Color"]
+    if is_used(inputs["Emission Strength"]) and (linked_output(color) or any(value > 0.0 for value in color.default_value[:3])):
         gross.append("emission")
-    if is_on(inputs["Thin Wall"]) and is_on(inputs["Subsurface Weight"]):
+    if is_used(inputs["Thin Wall"]) and is_used(inputs["Subsurface Weight"]):
         gross.append("thin walls that light passes")
     if gross:
         raise ConversionError(f"has {' and '.join(gross)}")
-    scatters, mirrors = is_on(inputs["Subsurface Weight"]), is_on(inputs["Specular IOR Level"])
-    plan = Plan(SUBSURFACE if scatters or mirrors else ROUGH_DIFFUSE)
+    scatters, has_coat = is_used(inputs["Subsurface Weight"]), is_used(inputs["Specular IOR Level"])
+    plan = Plan(SUBSURFACE if scatters or has_coat else ROUGH_DIFFUSE)
     if plan.group is ROUGH_DIFFUSE:
         plan.values["Quality"] = quality
         plan.take(inputs["Base Color"], "Color")
@@ -145,14 +135,14 @@ def principled(node: bpy.types.Node, meter: float, quality: str) -> Plan:
             plan.take(inputs["Base Color"], "Color")
     _rough(plan, inputs["Diffuse Roughness"])
     plan.take(inputs["Normal"], "Normal")
-    plan.losses += [words for name, words in MINOR.items() if is_on(inputs[name])]
-    if scatters and node.subsurface_method != "BURLEY" and is_on(inputs["Subsurface Anisotropy"]):
+    plan.losses += [feature for name, feature in MINOR.items() if is_used(inputs[name])]
+    if scatters and node.subsurface_method != "BURLEY" and is_used(inputs["Subsurface Anisotropy"]):
         plan.losses.append("anisotropy of the scattering")
     return plan
 
 
 def _rough(plan: Plan, roughness: bpy.types.NodeSocket) -> None:
-    if is_on(roughness):
+    if is_used(roughness):
         plan.values["Model"] = MODELS["cycles_diffuse"].label
         plan.take(roughness, "Roughness")
     else:
@@ -160,27 +150,27 @@ def _rough(plan: Plan, roughness: bpy.types.NodeSocket) -> None:
 
 
 def _highlight(plan: Plan, node: bpy.types.Node) -> None:
-    """Fill in the coat of a Principled BSDF's specular layer."""
+    """Give `plan` a coat like the specular layer of a Principled BSDF."""
     level, ior, tint = (node.inputs[name] for name in ("Specular IOR Level", "IOR", "Specular Tint"))
     plan.take(node.inputs["Roughness"], "Specular Roughness")
-    if source_of(tint) or any(value != 1.0 for value in tint.default_value[:3]):
+    if linked_output(tint) or any(value != 1.0 for value in tint.default_value[:3]):
         plan.losses.append("tint of the highlight")
-    if source_of(level):
+    if linked_output(level):
         plan.take(level, "Specular")
         plan.take(ior, "IOR")
         plan.losses.append("Specular IOR Level, which is linked, now weighs the highlight")
-    elif source_of(ior):
+    elif linked_output(ior):
         plan.values["Specular"] = min(1.0, 2.0 * level.default_value)
         plan.take(ior, "IOR")
     else:
         plan.values["Specular"] = float(level.default_value > 0.0)
-        plan.values["IOR"] = index(ior.default_value, level.default_value)
+        plan.values["IOR"] = coat_ior(ior.default_value, level.default_value)
 
 
-def index(ior: float, level: float) -> float:
-    """Return the index of refraction, in [1, HIGHEST_IOR], that mirrors head on what `ior` does times twice `level`."""
-    mirrored = min(((ior - 1.0) / (ior + 1.0)) ** 2 * 2.0 * level, 0.99)
-    root = math.sqrt(mirrored)
+def coat_ior(ior: float, level: float) -> float:
+    """Return the index of refraction, in [1, HIGHEST_IOR], whose F0 is that of `ior` times twice `level`."""
+    f0 = min(((ior - 1.0) / (ior + 1.0)) ** 2 * 2.0 * level, 0.99)
+    root = math.sqrt(f0)
     return min((1.0 + root) / (1.0 - root), HIGHEST_IOR)
 
 
@@ -193,47 +183,41 @@ def _medium(
     roughness: bpy.types.NodeSocket | None,
     meter: float,
 ) -> None:
-    """Fill in the method, the color and the mean free path of a closure of Cycles; `meter` is the scene's unit in meters.
+    """Give `plan` the method, color and mean free path of a closure of Cycles; `meter` is the scene's unit in meters.
 
-    `roughness` is that of the boundary, which the random walks but Skin enter through.
+    `roughness` is that of the boundary through which light enters the random walks except Skin.
     """
-    plan.values["Method"], feed = METHODS[falloff], partial(fed, falloff)
-    if source_of(color):
+    plan.values["Method"] = METHODS[falloff]
+    if linked_output(color):
         plan.take(color, "Color")
-        reached = [UNKNOWN_COLOR] * 3
+        medium = [UNKNOWN_COLOR] * 3
         if falloff != "BURLEY":
             plan.losses.append("linked Color is reflected in full now, which Cycles' walk was up to a fifth darker than")
     else:
         given = color.default_value[:3]
-        reached = [medium_color(feed, value) for value in given]
-        slant = 0.0
-        if falloff in ENTERED and roughness is not None:
-            slant = ENTRY[0] + ENTRY[1] * (0.5 if source_of(roughness) else roughness.default_value)
-        smooth = (value - feed(value).rest for value in reached)
-        plan.values["Color"] = (*(a + (b - a) * slant for a, b in zip(smooth, given, strict=True)), 1.0)
+        medium = [medium_color(falloff, value) for value in given]
+        fraction = 0.0
+        if falloff in ROUGH_BOUNDARY and roughness is not None:
+            fraction = ENTRY[0] + ENTRY[1] * (0.5 if linked_output(roughness) else roughness.default_value)
+        smooth = (value - closure_inputs(falloff, value).rest for value in medium)
+        plan.values["Color"] = (*(a + (b - a) * fraction for a, b in zip(smooth, given, strict=True)), 1.0)
     factor = MILLIMETERS * meter
-    if source_of(scale):
+    if linked_output(scale):
         plan.take(scale, "Scale")
     else:
         factor *= scale.default_value
-    factors = tuple(factor / feed(value).radius for value in reached)
-    source = source_of(radius)
-    if source:
-        plan.sources["Subsurface Radius"] = Source(source, factors)
+    factors = tuple(factor / closure_inputs(falloff, value).radius for value in medium)
+    plan.take(radius, "Subsurface Radius")
+    if "Subsurface Radius" in plan.sources:
+        plan.factors["Subsurface Radius"] = factors
     else:
         plan.values["Subsurface Radius"] = tuple(a * b for a, b in zip(radius.default_value, factors, strict=True))
 
 
-def medium_color(feed: Callable[[float], Fed], color: float) -> float:
-    """Return the color, in [0, 1], of the medium for which a closure is fed `color`; by bisection, `feed` grows with it."""
-    low, high = 0.0, 1.0
-    for _ in range(52):
-        middle = (low + high) / 2.0
-        if feed(middle).color < color:
-            low = middle
-        else:
-            high = middle
-    return (low + high) / 2.0
+def medium_color(falloff: str, color: float) -> float:
+    """Return the color, in [0, 1], of the medium for which the closure's color is `color`; the latter grows with the former."""
+    steps = 1 << 52
+    return bisect_left(range(steps), color, key=lambda step: closure_inputs(falloff, step / steps).color) / steps
 
 
 PLANS: Mapping[str, Callable[[bpy.types.Node, float, str], Plan]] = {
@@ -247,15 +231,15 @@ def convert_materials(
     materials: Iterable[bpy.types.Material],
     meter: float,
     quality: str = BALANCED,
-    chosen: Callable[[bpy.types.Node], bool] = lambda _node: True,
+    condition: Callable[[bpy.types.Node], bool] = lambda _node: True,
 ) -> Report:
-    """Convert the active nodes of `materials` for which `chosen` is true; returns what was done.
+    """Convert the active nodes of `materials` for which `condition` is true; returns the report.
 
     `meter` is the scene's unit in meters (unit_settings.scale_length), `quality` that of Rough Diffuse.
     """
     report = Report()
     for material in dict.fromkeys(materials):
-        nodes = [node for node in active_nodes(material.node_tree) if node.type in CONVERTIBLE and chosen(node)]
+        nodes = [node for node in active_nodes(material.node_tree) if node.type in CONVERTIBLE and condition(node)]
         reason = locked_reason(material)
         if reason:
             report.lines += [f"{material.name} {reason}"] if nodes else []
@@ -271,7 +255,7 @@ def convert_materials(
 def convert_nodes(
     tree: bpy.types.ShaderNodeTree, nodes: Iterable[bpy.types.Node], meter: float, quality: str = BALANCED
 ) -> tuple[int, list[str]]:
-    """Convert `nodes` of `tree`; returns how many were, and lines about those that were not or lost something."""
+    """Convert `nodes` of `tree`; returns the number of converted nodes, and notes on the others and on what was lost."""
     count, lines = 0, []
     for node in list(nodes):
         name = node.label or node.name
@@ -300,15 +284,15 @@ def active_nodes(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.Node]:
         if node.name in nodes:
             continue
         nodes[node.name] = node
-        waiting += [source.node for source in map(source_of, node.inputs) if source]
+        waiting += [source.node for source in map(linked_output, node.inputs) if source]
     return [node for node in nodes.values() if not node.mute]
 
 
 def _inner(tree: bpy.types.ShaderNodeTree) -> Iterator[str]:
-    """Yield a line for each group of the user's whose nodes could be converted."""
+    """Yield a note for each of the user's groups that contains convertible nodes."""
     for node in active_nodes(tree):
         inner = node.node_tree if node.type == "GROUP" else None
-        if inner and GROUP_ID not in inner and any(part.type in CONVERTIBLE for part in inner.nodes):
+        if inner and GROUP_ID not in inner and any(node.type in CONVERTIBLE for node in inner.nodes):
             yield f"what is inside the group {inner.name} is left alone"
 
 
@@ -317,14 +301,14 @@ def _replace(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, plan: Plan) -
     new = add_group(tree, plan.group)
     set_inputs(new, plan.values)
     new.parent, new.location, new.label, new.select = node.parent, node.location, node.label, node.select
-    for name, linked in plan.sources.items():
-        source = linked.source
-        if linked.factor:
+    for name, source in plan.sources.items():
+        factors = plan.factors.get(name)
+        if factors:
             times = tree.nodes.new("ShaderNodeVectorMath")
             times.operation, times.label = "MULTIPLY", "To Millimeters"
             times.parent, times.location, times.select = node.parent, (node.location.x - 180.0, node.location.y - 260.0), False
             tree.links.new(source, times.inputs[0])
-            times.inputs[1].default_value = linked.factor
+            times.inputs[1].default_value = factors
             source = times.outputs[0]
         tree.links.new(source, new.inputs[name])
     for target, is_muted in [(link.to_socket, link.is_muted) for link in node.outputs[0].links]:
@@ -337,9 +321,9 @@ def _replace(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, plan: Plan) -
 def differs(node: bpy.types.Node) -> bool:
     """Return whether EEVEE and Cycles shade a convertible node differently."""
     if node.type == "BSDF_DIFFUSE":
-        return is_on(node.inputs["Roughness"])
+        return is_used(node.inputs["Roughness"])
     if node.type == "BSDF_PRINCIPLED":
-        return is_on(node.inputs["Diffuse Roughness"]) or is_on(node.inputs["Subsurface Weight"])
+        return is_used(node.inputs["Diffuse Roughness"]) or is_used(node.inputs["Subsurface Weight"])
     return True
 
 
@@ -353,8 +337,8 @@ def match_engines(scene: bpy.types.Scene, quality: str) -> Report:
         (render, "filter_size", scene.cycles.filter_width, "Filter Size is that of Cycles"),
         (render, "use_high_quality_normals", True, "High Quality Normals are on"),
     )
-    for owner, name, value, words in settings:
+    for owner, name, value, message in settings:
         if getattr(owner, name) != value:
             setattr(owner, name, value)
-            report.settings.append(words)
+            report.settings.append(message)
     return report

@@ -10,7 +10,7 @@ import math
 
 from ..closures.coat import squared_cosine
 from ..closures.quality import FAST
-from ..closures.subsurface_fit import HALF_STEP, LAMBERT_BELOW, SCREEN, SKIN_IOR, WIDTH, Fed, random_walks, rational
+from ..closures.subsurface_fit import HALF_STEP, LAMBERT_BELOW, SCREEN, SKIN_IOR, WIDTH, ClosureInputs, random_walks, rational
 from ..closures.subsurface_fit import IOR as ENTRY_IOR
 from ..models.burley import DIFFUSE_MAP, EDGE_WIDTH_25_75
 from ..models.medium import LONGEST
@@ -23,7 +23,7 @@ METHOD = Socket("Method", "NodeSocketMenu", "How Cycles scatters light below the
 WEIGHT = Socket(
     "Subsurface",
     "NodeSocketFloat",
-    "Share of the light that enters; the rest is reflected by the rough surface",
+    "Fraction of the light that enters; the rest is reflected by the rough surface",
     1.0,
     0.0,
     1.0,
@@ -78,16 +78,16 @@ def eevee(medium: Medium) -> Value:
     return graph.subsurface("BURLEY", color, radius + graph.minimum(radius, HALF_STEP), 1.0, medium.n)
 
 
-def walk(medium: Medium, falloff: str, fed: Fed) -> Value:
+def walk(medium: Medium, falloff: str, inputs: ClosureInputs) -> Value:
     """Return one of Cycles' random walks, with what it loses beside it."""
-    color = medium.color + (fed.color - medium.color) * medium.enters
-    closure = medium.closure(falloff, color, fed.radius, SKIN_IOR if falloff == "RANDOM_WALK_SKIN" else ENTRY_IOR)
-    return medium.graph.add_shader(closure, medium.graph.diffuse(fed.rest * medium.enters, medium.n))
+    color = medium.color + (inputs.color - medium.color) * medium.enters
+    closure = medium.closure(falloff, color, inputs.radius, SKIN_IOR if falloff == "RANDOM_WALK_SKIN" else ENTRY_IOR)
+    return medium.graph.add_shader(closure, medium.graph.diffuse(inputs.rest * medium.enters, medium.n))
 
 
 def build(graph: Graph) -> dict[str, Value]:
     medium = Medium(graph)
-    walks = {falloff: walk(medium, falloff, fed) for falloff, fed in random_walks(medium.color, graph).items()}
+    walks = {falloff: walk(medium, falloff, inputs) for falloff, inputs in random_walks(medium.color, graph).items()}
     burley = medium.closure("BURLEY", medium.color, medium.edge())
     methods = (
         ("Random Walk", "Walks below the surface: right for any shape, ears and nostrils too", walks["RANDOM_WALK"]),
