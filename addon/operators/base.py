@@ -12,7 +12,7 @@ class Operator(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def obstacle(cls, _context: bpy.types.Context) -> str:
+    def obstacle(cls, _context: bpy.types.Context, /) -> str:
         """Return why the operator cannot run, as a message for its tooltip; empty where it can."""
         return ""
 
