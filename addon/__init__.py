@@ -12,16 +12,16 @@ if TYPE_CHECKING:
 
 
 class glTF2ExportUserExtension:
-    """Blender's glTF exporter makes one of these for an export; it looks for this name in the modules of add-ons."""
+    """The hook of Blender's glTF exporter, which looks for this name in the modules of add-ons."""
 
-    def gather_material_hook(self, made: "Material", material: "bpy.types.Material", settings: dict) -> None:
+    def gather_material_hook(self, gltf_material: "Material", material: "bpy.types.Material", settings: dict) -> None:
         from .gltf.export import gather_material
 
-        gather_material(made, material, settings)
+        gather_material(gltf_material, material, settings)
 
 
 def _modules() -> tuple["ModuleType", ...]:
-    """Return what registers something with Blender, in order."""
+    """Return the modules that register something with Blender, in order."""
     from . import operators, realtime, ui, usd
     from .blender import properties
     from .handlers import library, lights, optimized

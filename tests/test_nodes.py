@@ -33,14 +33,15 @@ pytestmark = pytest.mark.usefixtures("empty_file")
 # Against the model of its own lobes a group is off by: in Cycles, the pixel filter's 0.01 pixels where the light ends abruptly;
 # in EEVEE, colors of 10 bits with a shared exponent (0.2 % of the value for these) and normals of 2 x 16 bits.
 OWN_ERROR = {"cycles": 0.002, "eevee": 0.004}
-# Where the light comes from behind, a sphere's lit part is a narrow rim: the same deviations are a larger share of what it shows.
+# Where the light comes from behind, a sphere's lit part is a narrow rim: the same deviations are a larger fraction of its radiance.
 RIM = 2.0
 BLACK = (0.0, 0.0, 0.0, 1.0)
 FORMULAS = {model.label: model.reference({"Roughness": 1.0, "IOR": 1.5}) for model in MODELS.values()}
+every_formula = pytest.mark.parametrize("name", FORMULAS)
 
 
-def rough(model: str, mode: str = "Balanced", roughness: float = 1.0) -> bpy.types.Material:
-    return materials.create(f"{model} {mode}", ROUGH_DIFFUSE, Model=model, Quality=mode, Color=COLOR, Roughness=roughness)
+def rough(model: str, quality: str = "Balanced", roughness: float = 1.0) -> bpy.types.Material:
+    return materials.create(f"{model} {quality}", ROUGH_DIFFUSE, Model=model, Quality=quality, Color=COLOR, Roughness=roughness)
 
 
 @pytest.mark.parametrize("group", GROUPS, ids=lambda group: group.key)
@@ -88,7 +89,7 @@ def test_engine_switch_reads_the_engine_of_the_scene() -> None:
     assert identifiers[0] == engines.EEVEE.identifier
 
 
-def test_menus_list_all_models_and_modes() -> None:
+def test_menus_list_all_models_and_qualities() -> None:
     tree = ROUGH_DIFFUSE.ensure()
     switches = [node for node in tree.nodes if node.bl_idname == "GeometryNodeMenuSwitch"]
     entries = {tuple(item.name for item in node.enum_items) for node in switches}
@@ -96,7 +97,7 @@ def test_menus_list_all_models_and_modes() -> None:
     assert all(item.description for node in switches for item in node.enum_items)
 
 
-def test_menu_of_the_specular_lists_its_modes() -> None:
+def test_menu_of_standard_specular_lists_its_qualities() -> None:
     (switch,) = (node for node in SPECULAR_GROUP.ensure().nodes if node.bl_idname == "GeometryNodeMenuSwitch")
     assert [item.name for item in switch.enum_items] == ["Balanced", "Exact for Chosen Lights"] and all(
         item.description for item in switch.enum_items
@@ -116,7 +117,7 @@ def test_osl_shader_has_the_sockets_of_the_group(tmp_path: Path) -> None:
 
     shader = {parameter.name: parameter for parameter in oslquery.OSLQuery(str(bytecode)).parameters}
     group = {item.name: item for item in tree.interface.items_tree if item.in_out == "INPUT"}
-    assert set(shader) - {"BSDF"} == set(group) - {"Quality"}  # a mode is how to do without OSL
+    assert set(shader) - {"BSDF"} == set(group) - {"Quality"}  # a quality is for rendering without OSL
     for name in ("Roughness", "IOR"):
         limits = {item.name: item.value for item in shader[name].metadata}
         ours = (group[name].default_value, group[name].min_value, group[name].max_value)
@@ -129,42 +130,38 @@ def test_osl_shader_has_the_sockets_of_the_group(tmp_path: Path) -> None:
 
 @pytest.mark.render
 @pytest.mark.parametrize("degrees", [0.0, 120.0])
-def test_lobes_render_as_their_formula(engine: engines.Engine, degrees: float) -> None:
-    sphere = sphere_under_sun(64)
-    bound = OWN_ERROR[engine.key] * (RIM if degrees > 90.0 else 1.0)
-    for name, model in FORMULAS.items():
-        lobe_set = CYCLES if engine is engines.CYCLES else PAIR
-        (own,) = sphere.measure(rough(name), [Rendered(model, lobe_set)], engine, 4, degrees)[1]
-        assert own.rms < bound, name
+@every_formula
+def test_lobes_render_as_their_formula(engine: engines.Engine, degrees: float, name: str) -> None:
+    lobes = Rendered(FORMULAS[name], CYCLES if engine is engines.CYCLES else PAIR)
+    (result,) = sphere_under_sun(64).measure(rough(name), [lobes], engine, 4, degrees)[1]
+    assert result.rms < OWN_ERROR[engine.key] * (RIM if degrees > 90.0 else 1.0)
 
 
 @pytest.mark.render
-@pytest.mark.parametrize(("mode", "lobe_set"), [("Fast", SINGLE), ("Precise", SIGNED)])
-def test_other_modes_of_eevee_render_as_their_formula(mode: str, lobe_set: str, eevee_runs_here: bool) -> None:
-    if not eevee_runs_here:
-        pytest.skip("EEVEE finds no graphics driver here")
-    sphere = sphere_under_sun(64)
-    # Fujii's lobes serve EON and Cycles Diffuse too; a single lobe has one direction for all channels, so only those without a
-    # color of their own can equal it
-    for name in ("Oren-Nayar", "Fujii"):
-        (own,) = sphere.measure(rough(name, mode), [Rendered(FORMULAS[name], lobe_set)], engines.EEVEE, 4, 60.0)[1]
-        assert own.rms < OWN_ERROR["eevee"], name
+@pytest.mark.parametrize(("quality", "lobe_set"), [("Fast", SINGLE), ("Precise", SIGNED)])
+# Fujii's lobes serve EON and Cycles Diffuse too; a single lobe has one direction for all channels, so only those without a color of
+# their own can equal it
+@pytest.mark.parametrize("name", ["Oren-Nayar", "Fujii"])
+@pytest.mark.usefixtures("driver")
+def test_other_qualities_of_eevee_render_as_their_formula(quality: str, lobe_set: str, name: str) -> None:
+    lobes = Rendered(FORMULAS[name], lobe_set)
+    (result,) = sphere_under_sun(64).measure(rough(name, quality), [lobes], engines.EEVEE, 4, 60.0)[1]
+    assert result.rms < OWN_ERROR["eevee"]
 
 
 @pytest.mark.render
-def test_modes_are_one_in_cycles() -> None:
-    sphere = sphere_under_sun(32)
-    for mode in ("Fast", "Precise"):
-        (own,) = sphere.measure(rough("Oren-Nayar", mode), [Rendered(OrenNayar(1.0), CYCLES)], engines.CYCLES, 4, 60.0)[1]
-        assert own.rms < OWN_ERROR["cycles"]
+@pytest.mark.parametrize("quality", ["Fast", "Precise"])
+def test_qualities_are_the_same_in_cycles(quality: str) -> None:
+    lobes = Rendered(OrenNayar(1.0), CYCLES)
+    (result,) = sphere_under_sun(32).measure(rough("Oren-Nayar", quality), [lobes], engines.CYCLES, 4, 60.0)[1]
+    assert result.rms < OWN_ERROR["cycles"]
 
 
 @pytest.mark.render
-def test_sigma_zero_renders_as_lambert(engine: engines.Engine) -> None:
-    sphere = sphere_under_sun(64)
-    for name in ("Oren-Nayar", "EON", "Oren-Nayar 1994"):
-        (result,) = sphere.measure(rough(name, roughness=0.0), [Lambert()], engine, 4, 60.0)[1]
-        assert result.rms < OWN_ERROR[engine.key], name
+@pytest.mark.parametrize("name", ["Oren-Nayar", "EON", "Oren-Nayar 1994"])
+def test_sigma_zero_renders_as_lambert(engine: engines.Engine, name: str) -> None:
+    (result,) = sphere_under_sun(64).measure(rough(name, roughness=0.0), [Lambert()], engine, 4, 60.0)[1]
+    assert result.rms < OWN_ERROR[engine.key]
 
 
 @pytest.mark.render
@@ -178,14 +175,14 @@ def test_open_shading_language_takes_over_where_the_scene_has_it_on() -> None:
 
 
 @pytest.mark.render
-def test_no_model_is_black_in_any_mode_with_open_shading_language() -> None:
+@every_formula
+@pytest.mark.parametrize("quality", ["Balanced", "Fast", "Precise", "Exact for Chosen Lights"])
+def test_no_model_is_black_in_any_quality_with_open_shading_language(name: str, quality: str) -> None:
     sphere = sphere_under_sun(32)
     sphere.scene.cycles.shading_system = True
     chosen_lights.choose([sphere.sun])
-    for name, model in FORMULAS.items():
-        for mode in ("Balanced", "Fast", "Precise", "Exact for Chosen Lights"):
-            (result,) = sphere.measure(rough(name, mode), [model], engines.CYCLES, 1, 30.0)[1]
-            assert result.rms < 0.05, (name, mode)  # pits' ramps; black would be 1
+    (result,) = sphere.measure(rough(name, quality), [FORMULAS[name]], engines.CYCLES, 1, 30.0)[1]
+    assert result.rms < 0.05  # pits' ramps; black would be 1
 
 
 @pytest.mark.render
@@ -208,7 +205,7 @@ def test_group_is_not_taken_for_the_users_copy() -> None:
     assert ROUGH_DIFFUSE.ensure() == ours
 
 
-def test_chosen_lamps_reach_appended_groups() -> None:
+def test_chosen_lights_reach_appended_groups() -> None:
     sphere = sphere_under_sun(8)
     beside = chosen_lights.LIGHTS.ensure().copy()  # as appending another file leaves it
     chosen_lights.choose([sphere.sun])
@@ -218,18 +215,19 @@ def test_chosen_lamps_reach_appended_groups() -> None:
 
 
 @pytest.mark.render
-def test_lamp_is_exact(engine: engines.Engine) -> None:
+@pytest.mark.parametrize("degrees", [0.0, 60.0])
+@pytest.mark.parametrize("name", [name for name in FORMULAS if name != "Pitted (Koenderink)"])  # rendered with lobes
+def test_material_is_exact_under_the_chosen_light(engine: engines.Engine, name: str, degrees: float) -> None:
     sphere = sphere_under_sun(64)
     chosen_lights.choose([sphere.sun])
-    for name, model in FORMULAS.items():
-        if name == "Pitted (Koenderink)":
-            continue  # rendered with lobes
-        for degrees in (0.0, 60.0):
-            (result,) = sphere.measure(rough(name, "Exact for Chosen Lights"), [model], engine, 4, degrees)[1]
-            assert result.rms < OWN_ERROR[engine.key], name
+    (result,) = sphere.measure(rough(name, "Exact for Chosen Lights"), [FORMULAS[name]], engine, 4, degrees)[1]
+    assert result.rms < OWN_ERROR[engine.key]
 
 
-def lamp(kind: str, place: tuple[float, float, float]) -> bpy.types.Object:
+POSITIONS = {"POINT": (3.0, -3.0, 1.0), "SPOT": (-3.0, -4.0, 1.0), "AREA": (0.0, -2.5, 3.0)}
+
+
+def local_light(kind: str, position: tuple[float, float, float]) -> bpy.types.Object:
     data = bpy.data.lights.new(kind.title(), kind)
     data.energy, data.color, data.shadow_soft_size = 300.0, (1.0, 0.7, 0.4), 0.0
     if kind == "AREA":
@@ -237,41 +235,39 @@ def lamp(kind: str, place: tuple[float, float, float]) -> bpy.types.Object:
     elif kind == "SPOT":
         data.spot_size, data.spot_blend = math.radians(40.0), 0.5
     item = bpy.data.objects.new(kind.title(), data)
-    item.matrix_world = Vector(place).to_track_quat("Z", "Y").to_matrix().to_4x4()
-    item.matrix_world.translation = place
+    item.matrix_world = Vector(position).to_track_quat("Z", "Y").to_matrix().to_4x4()
+    item.matrix_world.translation = position
     return item
 
 
 @pytest.mark.render
-def test_lamps_of_every_kind_shine_as_their_objects() -> None:
-    sphere = sphere_under_sun(32)
-    places = {"POINT": (3.0, -3.0, 1.0), "SPOT": (-3.0, -4.0, 1.0), "AREA": (0.0, -2.5, 3.0)}
-    for kind, place in places.items():
-        item = lamp(kind, place)
-        chosen_lights.choose([item])
-        _, shown = sphere.radiance(rough("Oren-Nayar", "Exact for Chosen Lights"), [item], None, engines.CYCLES, 1, shadows=False)
-        _, lambert = sphere.radiance(rough("Lambert"), [item], None, engines.CYCLES, 1, shadows=False)
-        surface, model = sphere.surface(), OrenNayar(1.0)
-        eye = sphere.scene.camera.matrix_world.translation
-        compared = 0
-        for pixel, good in enumerate(surface.measurable):
-            i = 3 * pixel
-            if not good or lambert[i] < 0.01:
-                continue
-            p, n = Vector(surface.position[i : i + 3]), tuple(surface.normal[i : i + 3])
-            l, v = tuple((item.matrix_world.translation - p).normalized()), tuple((eye - p).normalized())
-            if Vector(n).dot(l) < 0.05:
-                continue  # the color fades to that for light from elsewhere, and the pixel filter moves N.L by as much as it is
-            share = model.radiance(n, l, v, 1.0) / Lambert().radiance(n, l, v, 1.0)
-            assert shown[i] == pytest.approx(lambert[i] * share, rel=0.01), kind
-            compared += 1
-        assert compared > 100
+@pytest.mark.parametrize(("kind", "position"), POSITIONS.items())
+def test_chosen_light_of_every_kind_shines_as_its_object(kind: str, position: tuple[float, float, float]) -> None:
+    sphere, item = sphere_under_sun(32), local_light(kind, position)
+    chosen_lights.choose([item])
+    _, rendered = sphere.radiance(rough("Oren-Nayar", "Exact for Chosen Lights"), [item], None, engines.CYCLES, 1, shadows=False)
+    _, lambert = sphere.radiance(rough("Lambert"), [item], None, engines.CYCLES, 1, shadows=False)
+    surface, model = sphere.surface(), OrenNayar(1.0)
+    eye = sphere.scene.camera.matrix_world.translation
+    compared = 0
+    for pixel, measurable in enumerate(surface.measurable):
+        i = 3 * pixel
+        if not measurable or lambert[i] < 0.01:
+            continue
+        p, n = Vector(surface.position[i : i + 3]), tuple(surface.normal[i : i + 3])
+        l, v = tuple((item.matrix_world.translation - p).normalized()), tuple((eye - p).normalized())
+        if Vector(n).dot(l) < 0.05:
+            continue  # the color fades to that for light from elsewhere, and the pixel filter moves N.L by as much as it is
+        ratio = model.radiance(n, l, v, 1.0) / Lambert().radiance(n, l, v, 1.0)
+        assert rendered[i] == pytest.approx(lambert[i] * ratio, rel=0.01)
+        compared += 1
+    assert compared > 100
 
 
 @pytest.mark.render
-def test_four_lamps_are_weighed_by_what_they_send() -> None:
+def test_four_chosen_lights_are_weighted_by_irradiance() -> None:
     sphere = sphere_under_sun(32)
-    four = [lamp("POINT", (3.0, -3.0, 1.0)), lamp("SPOT", (-3.0, -4.0, 1.0)), lamp("AREA", (0.0, -2.5, 3.0)), sphere.sun]
+    four = [*(local_light(kind, position) for kind, position in POSITIONS.items()), sphere.sun]
     one_by_one = []
     for item in four:
         chosen_lights.choose([item])
@@ -281,16 +277,16 @@ def test_four_lamps_are_weighed_by_what_they_send() -> None:
     chosen_lights.choose(four)
     _, together = sphere.radiance(rough("Oren-Nayar", "Exact for Chosen Lights"), four, None, engines.CYCLES, 4096, shadows=False)
     squares = total = 0.0
-    for pixel, good in enumerate(sphere.surface().measurable):
-        for i in range(3 * pixel, 3 * pixel + 3) if good else ():
+    for pixel, measurable in enumerate(sphere.surface().measurable):
+        for i in range(3 * pixel, 3 * pixel + 3) if measurable else ():
             expected = sum(picture[i] for picture in one_by_one)
             squares += (together[i] - expected) ** 2
             total += expected * expected
-    # Cycles picks one of the four lamps for each sample, whose value then deviates by its own size or two: over 4096 of them 3 %
+    # Cycles picks one of the four lights for each sample, whose value then deviates by its own size or two: over 4096 of them 3 %
     assert math.sqrt(squares / total) < 0.03
 
 
-def test_lamps_refuse_what_is_no_lamp() -> None:
+def test_only_lights_can_be_chosen() -> None:
     sphere = sphere_under_sun(8)
     with pytest.raises(ValueError, match="not a light"):
         chosen_lights.choose([sphere.sphere])
@@ -324,18 +320,18 @@ def specular(weight: float, exponent: float) -> bpy.types.Material:
 
 
 @pytest.mark.render
-def test_highlight_is_exact_under_the_chosen_lamp(engine: engines.Engine) -> None:
+@pytest.mark.parametrize(("weight", "exponent"), [(0.06, 30.0), (0.5, 5.0), (0.05, 1000.0)])
+@pytest.mark.parametrize("degrees", [0.0, 60.0])
+def test_highlight_is_exact_under_the_chosen_light(engine: engines.Engine, weight: float, exponent: float, degrees: float) -> None:
     sphere = sphere_under_sun(64)
     chosen_lights.choose([sphere.sun])
-    for weight, exponent in ((0.06, 30.0), (0.5, 5.0), (0.05, 1000.0)):
-        for degrees in (0.0, 60.0):
-            (result,) = sphere.measure(specular(weight, exponent), [Specular(weight, exponent)], engine, 4, degrees)[1]
-            assert result.rms < OWN_ERROR[engine.key], (exponent, degrees)
+    (result,) = sphere.measure(specular(weight, exponent), [Specular(weight, exponent)], engine, 4, degrees)[1]
+    assert result.rms < OWN_ERROR[engine.key]
 
 
 @pytest.mark.render
 def test_narrowest_highlight_keeps_its_digits() -> None:
-    """A normal turned by an angle from N = L = V: the highlight's share is its cosine to the power of 10000."""
+    """A normal turned by an angle from N = L = V: the highlight falls by its cosine to the power of 10000."""
     flat = sheet.sheet((1.0,), [sheet.USUAL], furnace.CELL)
     chosen_lights.choose([flat.sun])
     material = materials.create(
@@ -365,8 +361,8 @@ def test_highlight_of_light_from_elsewhere_is_its_directional_albedo() -> None:
             for channel, rho in enumerate(COLOR[:3]):
                 shown = sum(cell[channel::3]) / len(cell[channel::3])
                 # fitted to 3.2 % of the highlight; the world's light is sampled without noise by a Lambert closure
-                share = directional_albedo(model, mu, 0.0, order=64)
-                assert shown == pytest.approx(rho + share, abs=0.035 * share + 1e-3), (exponent, mu)
+                albedo = directional_albedo(model, mu, 0.0, order=64)
+                assert shown == pytest.approx(rho + albedo, abs=0.035 * albedo + 1e-3), (exponent, mu)
 
 
 @pytest.mark.render

@@ -424,9 +424,15 @@ def test_viewport_through_the_camera_draws_inside_its_border(stage: Stage) -> No
     assert window.reports == []
 
 
-def test_viewport_that_is_gone_is_not_drawn_again() -> None:
-    area = next((area for window in bpy.context.window_manager.windows for area in window.screen.areas), None)
-    viewport.redraw(area.as_pointer() + 1 if area else 1)
+def test_viewport_is_drawn_again_unless_it_is_closed(monkeypatch) -> None:
+    drawn = []
+    areas = [SimpleNamespace(as_pointer=lambda k=k: k, tag_redraw=lambda k=k: drawn.append(k)) for k in (1, 2)]
+    windows = [SimpleNamespace(screen=SimpleNamespace(areas=areas))]
+    context = SimpleNamespace(window_manager=SimpleNamespace(windows=windows))
+    monkeypatch.setattr(viewport, "bpy", SimpleNamespace(context=context))
+    for address in (2, 3):  # of an open area, and of a closed one
+        viewport.redraw(address)
+    assert drawn == [2]
 
 
 # ---- what is wrong with a scene is left out, with a message; the rest is drawn

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The GLSL functions of shaders/ as text, ready to compile, and what covers a target. No bpy."""
+"""The GLSL functions of shaders/ as text, ready to compile, and a triangle that covers a render target. No bpy."""
 
 import re
 from pathlib import Path
@@ -23,13 +23,13 @@ def own_text(stem: str) -> str:
 
 
 def includes(stem: str) -> list[str]:
-    """Return the stems of what STEM.glsl says has to be included before it, in this order."""
-    said = INCLUDES.search(own_text(stem))
-    return re.findall(r"(\w+)\.glsl", said[1]) if said else []
+    """Return the stems of the files that the comment in STEM.glsl wants included before it, in this order."""
+    match = INCLUDES.search(own_text(stem))
+    return re.findall(r"(\w+)\.glsl", match[1]) if match else []
 
 
 def source(*stems: str) -> str:
-    """Return the functions of STEM.glsl for all `stems` and for what they need, each once, to follow a #version line."""
+    """Return the functions of all `stems` and of the files they include, without repetition, to follow a #version line."""
     return "\n".join(own_text(name) for name in dict.fromkeys(name for stem in stems for name in (*includes(stem), stem)))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an export or import could not keep: printed, and reported in Blender's status bar and Info editor where there is a window.
+"""Messages on what an export or import could not keep: printed and, where there is a window, reported in Blender's Info editor.
 
 A hook has no operator to report with, and may run in another thread, so its messages wait for the main thread.
 """
@@ -35,9 +35,9 @@ def add(material: str, text: str) -> None:
 
 def take() -> list[str]:
     """Return all notes since the last call."""
-    taken = list(_lines)
+    lines = list(_lines)
     _lines.clear()
-    return taken
+    return lines
 
 
 def show() -> float:

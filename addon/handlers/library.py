@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lets materials that are appended from our asset library share one copy of each group with the file.
+"""Lets materials appended from our asset library use the groups that the file already has.
 
 Blender copies a group along with each material it appends. The users of the copies get the file's own groups, so that saving
 drops the copies. A group that somebody has edited, in the file or in the library, is left alone.
@@ -14,27 +14,27 @@ from ..blender.id_properties import BUILT_FINGERPRINT, GROUP_ID, SPECIALIZED_FOR
 
 
 @bpy.app.handlers.persistent
-def share(context: bpy.types.BlendImportContext) -> None:
-    """Make what was appended from our library use the file's own groups."""
-    came = {item.id for item in context.import_items if item.id and Path(item.source_library.filepath).name == ASSET_FILE}
-    if not came:
+def share_groups(context: bpy.types.BlendImportContext) -> None:
+    """Make materials appended from our library use the file's own groups."""
+    appended = {item.id for item in context.import_items if item.id and Path(item.source_library.filepath).name == ASSET_FILE}
+    if not appended:
         return
     from ..nodes.graph import fingerprint
 
-    def as_built(tree: bpy.types.NodeTree) -> bool:
+    def is_unedited(tree: bpy.types.NodeTree) -> bool:
         return GROUP_ID in tree and SPECIALIZED_FOR not in tree and tree.get(BUILT_FINGERPRINT) == fingerprint(tree)
 
-    trees = [item for item in came if isinstance(item, bpy.types.ShaderNodeTree) and item.library is None and as_built(item)]
+    trees = [item for item in appended if isinstance(item, bpy.types.ShaderNodeTree) and item.library is None and is_unedited(item)]
     for tree in trees:
         for own in bpy.data.node_groups:
-            if own not in came and own.library is None and own.get(GROUP_ID) == tree[GROUP_ID] and as_built(own):
+            if own not in appended and own.library is None and own.get(GROUP_ID) == tree[GROUP_ID] and is_unedited(own):
                 tree.user_remap(own)
                 break
 
 
 def register() -> None:
-    bpy.app.handlers.blend_import_post.append(share)
+    bpy.app.handlers.blend_import_post.append(share_groups)
 
 
 def unregister() -> None:
-    bpy.app.handlers.blend_import_post.remove(share)
+    bpy.app.handlers.blend_import_post.remove(share_groups)

@@ -7,15 +7,15 @@ import bpy
 @bpy.app.handlers.persistent
 def drop_deleted(_scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph) -> None:
     """Clear the slots of deleted lights, if an object has been deleted since the last call."""
-    global count
-    before, count = count, len(bpy.data.objects)
-    if count < before:
+    global object_count
+    before, object_count = object_count, len(bpy.data.objects)
+    if object_count < before:
         from ..nodes import chosen_lights
 
         chosen_lights.drop_deleted()
 
 
-count = 0  # objects of the file at the last call
+object_count = 0  # of the file at the last call
 
 
 def register() -> None:

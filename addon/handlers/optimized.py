@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Handlers that restore an optimized material when an edit makes its specialized tree wrong, and before each render.
 
-Such edits are that of a socket, another engine, a light that is switched on, a camera that comes near. As long as a file has no
+Examples are the edit of a socket, another engine, a light that is switched on, a camera that approaches. As long as a file has no
 optimized material the handlers import nothing but bpy.
 """
 

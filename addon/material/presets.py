@@ -2,13 +2,13 @@
 """Materials to pick by name: the measured media and tones of skin, as values of the group Subsurface, and matte materials.
 
 Media and skin are known under a surface that sends light back inside, which the group's closures lack: see
-closures/subsurface_fit.py. A preset is the medium without such a surface that looks the same: in color, and in how far light gets.
+closures/subsurface_fit.py. A preset is the medium without such a surface that has the same color and in which light travels as far.
 
-- Color: of the light that entered the object, the share that leaves it, below what the surface mirrors. For media it is the diffuse
-  reflectance R_d that H. W. Jensen and others print beside their coefficients, for skin that of `models/skin.py`. Without the
-  boundary the same coefficients would be much too light: 0.57 for 0.44 in the red of Skin 1.
+- Color: the fraction of the light that entered the object which leaves it, without specular reflection. For media it is the
+  diffuse reflectance R_d that H. W. Jensen and others print beside their coefficients, for skin that of `models/skin.py`. Without
+  the boundary the same coefficients would be much too light: 0.57 for 0.44 in the red of Skin 1.
 - Subsurface Radius: the mean free path with which the diffuse mean free path 1 / sigma_tr is the medium's, as that is how far light
-  gets under a boundary. It is 1 to 2.1 times the measured 1 / sigma_t', with which a shadow's edge would be too sharp.
+  travels under a boundary. It is 1 to 2.1 times the measured 1 / sigma_t', with which a shadow's edge would be too sharp.
 - Subsurface Radius of skin: light that the epidermis sends back stays near, the more so the darker it is. Hence the geometric mean
   of the lengths that the dermis would have at the skin's color and at that without melanin: a rule of thumb, too long for the
   little green and blue that deep skin reflects.
@@ -50,7 +50,7 @@ COATS = {
     "Spectralon": (0.0, 0.5),
     "Whole milk": (1.0, 0.1),
 }
-# Name: what it is, Color, Roughness (sigma [radians])
+# Name: description, Color, Roughness (sigma [radians])
 ROUGH: dict[str, tuple[str, Rgb, float]] = {
     "Chalk": ("White chalk", (0.86, 0.85, 0.82), 0.4),
     "Clay": ("Fired clay, unglazed", (0.52, 0.24, 0.13), 0.6),
@@ -77,7 +77,7 @@ class Preset:
 
 
 def picture(key: str) -> Path:
-    """Return the picture of the preset or group `key`, made by scripts/release/previews.py."""
+    """Return the path of the picture of the preset or group `key`, rendered by scripts/release/previews.py."""
     return PICTURES / f"{key}.webp"
 
 
@@ -129,8 +129,8 @@ def _of_tone(tone: str, skin: Skin) -> Preset:
     return _preset(f"{tone} Skin", "Skin", description, skin.albedo, (red, green, blue), ETA, SKIN_COAT)
 
 
-def _rough(name: str, matter: str, color: Rgb, sigma: float) -> Preset:
-    description = f"{matter}. Oren-Nayar with sigma = {sigma:g}; color and sigma are by eye"
+def _rough(name: str, material: str, color: Rgb, sigma: float) -> Preset:
+    description = f"{material}. Oren-Nayar with sigma = {sigma:g}; color and sigma are by eye"
     inputs = {"Color": (*color, 1.0), "Roughness": sigma}
     return Preset(_key(name), name, "Matte", description, ROUGH_DIFFUSE, inputs)
 

@@ -16,8 +16,8 @@ from .graph import Graph, Group, Number, Socket, Value
 SLOTS = 4
 CHANNELS = ("red", "green", "blue")
 NEAR = 1e-12  # m^2, the least squared distance
-# Where the chosen lights together send less than this fraction of what they could, the weighted mean fades to its value for light
-# from elsewhere; else it would crease at the terminator.
+# Where the irradiance is below this fraction of what the lights would give at normal incidence, the mean fades to its value for
+# light from elsewhere; else it would crease at the terminator.
 FADE = 0.005
 MENU_PATH = "Object > True Diffuse > Use Selected Lights"  # the operator that chooses them
 
@@ -48,10 +48,10 @@ def light_vectors(graph: Graph, light: bpy.types.Object) -> tuple[Value, Value]:
     )
     if data.type == "SUN":
         return axis, energy
-    place = graph.vector(*(graph.location(light, axis) for axis in "XYZ"))
-    away = place - graph.geometry("Position")
-    l = graph.normalize(away)
-    power = energy / graph.maximum(graph.dot(away, away), NEAR)
+    position = graph.vector(*(graph.location(light, axis) for axis in "XYZ"))
+    to_light = position - graph.geometry("Position")
+    l = graph.normalize(to_light)
+    power = energy / graph.maximum(graph.dot(to_light, to_light), NEAR)
     if data.type == "POINT":
         return l, power * (1.0 / (4.0 * math.pi))
     facing = graph.maximum(graph.dot(l, axis), 0.0)
@@ -81,8 +81,8 @@ def weighted_mean(graph: Graph, under: Callable[[Value], tuple[Value, Value]], e
         irradiances.append(vectors[f"E {slot}"])
         received.append(irradiances[-1] * mu)
         reflected.append(value * received[-1])
-    most = sum(irradiances[1:], irradiances[0]) * FADE
-    rest = graph.maximum(most - sum(received[1:], received[0]), 1e-9)
+    threshold = sum(irradiances[1:], irradiances[0]) * FADE
+    rest = graph.maximum(threshold - sum(received[1:], received[0]), 1e-9)
     return sum(reflected, elsewhere * rest) / sum(received, rest)
 
 
@@ -133,7 +133,7 @@ def chosen() -> list[bpy.types.Object]:
 
 @contextmanager
 def following(lights: Sequence[bpy.types.Object]) -> Generator[None]:
-    """Choose `lights` for a while, then choose again the lights that were chosen before."""
+    """Choose `lights` inside the context, and the lights chosen before when it ends."""
     before = chosen()
     choose(lights)
     try:

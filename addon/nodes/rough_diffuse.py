@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The node group Rough Diffuse: one rough diffuse model of many, by the quality of the artist's choice, in either engine.
+"""The node group Rough Diffuse: a choice of rough diffuse models and qualities, in either engine.
 
 No node sees the light, so a model becomes lobes (`model_groups.py`); where the scene renders with Cycles' Open Shading Language,
-shaders/rough_diffuse.osl takes their place. Menus select before anything is compiled: what is not chosen costs nothing.
+shaders/rough_diffuse.osl takes their place. Menus are resolved before shaders are compiled: other entries cost nothing.
 """
 
 from ..blender.osl import compiles_osl
@@ -14,7 +14,7 @@ from .model_groups import model_group
 from .model_nodes import ROUGHNESS, SOCKETS, parameters
 
 SHADER = "rough_diffuse"
-NUMBER, LOBES_ONLY, HAS_OSL = "Number", "Lobes Only", "Has OSL"  # what the group knows of the chosen model
+NUMBER, LOBES_ONLY, HAS_OSL = "Number", "Lobes Only", "Has OSL"  # properties of the chosen model
 MODEL = Socket("Model", "NodeSocketMenu", "Reflectance model", MODELS[DEFAULT].label)
 QUALITY = Socket("Quality", "NodeSocketMenu", "Speed or accuracy in EEVEE; Cycles is accurate in all", BALANCED)
 QUALITIES = (
@@ -40,24 +40,24 @@ def build(graph: Graph) -> dict[str, Value]:
     items: dict[str, tuple[str, Operand]] = {}
     for model in MODELS.values():
         own = {socket.name: values[socket.name] for socket in parameters(model)}
-        closures = graph.group(model_group(model), Color=color, N=n, **own)
-        items = {name: ("SHADER", closures[name]) for name, _ in QUALITIES}
+        group = graph.group(model_group(model), Color=color, N=n, **own)
+        items = {name: ("SHADER", group[name]) for name, _ in QUALITIES}
         items |= {NUMBER: ("FLOAT", float(model.number)), LOBES_ONLY: ("FLOAT", float(not model.has_single_light))}
         if any(other.osl is None for other in MODELS.values()):
             items[HAS_OSL] = ("FLOAT", float(model.osl is not None))
         cases.append((model.label, model.description, graph.bundle(items)))
     chosen = graph.menu(graph.input(MODEL), "BUNDLE", cases)
-    parts = graph.unbundle(chosen, {name: kind for name, (kind, _) in items.items()})
-    shown = {name: parts[name] for name, _ in QUALITIES}
+    properties = graph.unbundle(chosen, {name: kind for name, (kind, _) in items.items()})
+    closures = {name: properties[name] for name, _ in QUALITIES}
     if compiles_osl():
-        osl = graph.script(SHADER, Model=parts[NUMBER], Color=color, Normal=n, **values)
-        in_osl = graph.uses_osl() if _gains(graph, parts[NUMBER], values[ROUGHNESS.name]) else 0.0
-        if HAS_OSL in parts:
-            in_osl = parts[HAS_OSL] * in_osl
-        # what has no form for one light is made of lobes there, too
-        shares = dict.fromkeys(shown, in_osl) | {CHOSEN_LIGHTS: in_osl * parts[LOBES_ONLY]}
-        shown = {name: graph.mix_shader(shares[name], shader, osl) for name, shader in shown.items()}
-    return {"BSDF": graph.menu(graph.input(QUALITY), "SHADER", [(name, text, shown[name]) for name, text in QUALITIES])}
+        osl = graph.script(SHADER, Model=properties[NUMBER], Color=color, Normal=n, **values)
+        in_osl = graph.uses_osl() if _gains(graph, properties[NUMBER], values[ROUGHNESS.name]) else 0.0
+        if HAS_OSL in properties:
+            in_osl = properties[HAS_OSL] * in_osl
+        # a model without a formula for one light uses lobes there, too
+        weights = dict.fromkeys(closures, in_osl) | {CHOSEN_LIGHTS: in_osl * properties[LOBES_ONLY]}
+        closures = {name: graph.mix_shader(weights[name], shader, osl) for name, shader in closures.items()}
+    return {"BSDF": graph.menu(graph.input(QUALITY), "SHADER", [(name, text, closures[name]) for name, text in QUALITIES])}
 
 
 def _gains(graph: Graph, number: Operand, roughness: Operand) -> bool:

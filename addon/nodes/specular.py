@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Node group Standard Specular: the standard specular of the paper's first character, as closely as Blender's closures allow.
+"""Node group Standard Specular: the standard specular of the paper's first character, as close as Blender's closures come.
 
 No closure of EEVEE, or of Cycles without OSL, is a Blinn-Phong lobe, so the quality Balanced uses a microfacet lobe: Beckmann's in
 Cycles, which with alpha^2 = 2 / (n + 2) has nearly the same shape (B. Walter et al., "Microfacet Models for Refraction through
@@ -36,8 +36,8 @@ EXPONENT = Socket(
 def build(graph: Graph) -> dict[str, Value]:
     normal = graph.normal()
     mu = graph.clamp(graph.dot(normal, graph.geometry("Incoming")), 0.0, 1.0)
-    shown = {BALANCED: lobe(graph, normal, mu), CHOSEN_LIGHTS: under_lights(graph, normal, mu)}
-    return {"BSDF": graph.menu(graph.input(QUALITY), "SHADER", [(name, text, shown[name]) for name, text in QUALITIES])}
+    closures = {BALANCED: lobe(graph, normal, mu), CHOSEN_LIGHTS: under_lights(graph, normal, mu)}
+    return {"BSDF": graph.menu(graph.input(QUALITY), "SHADER", [(name, text, closures[name]) for name, text in QUALITIES])}
 
 
 def lobe(graph: Graph, normal: Value, mu: Value) -> Value:
@@ -55,8 +55,8 @@ def lobe(graph: Graph, normal: Value, mu: Value) -> Value:
 def under_lights(graph: Graph, normal: Value, mu: Value) -> Value:
     """Return a Lambert closure in the color that gives it the model's radiance under the chosen lights, in either engine.
 
-    What a diffuse bounce sees of the highlight is its mean over all light: else it would be a caustic, of fireflies where the
-    exponent is high. Cycles blurs its own lobes there, too ("Filter Glossy").
+    A diffuse bounce gets the mean of the highlight over all light directions; else high exponents cause fireflies. Cycles, too,
+    blurs its lobes there ("Filter Glossy").
     """
     n = graph.clamp(graph.input(EXPONENT), 0.0, 10000.0)
     weight = graph.clamp(graph.input(SPECULAR), 0.0, 1.0) * graph.math("GREATER_THAN", mu, 0.0) * (n + 8.0)
@@ -75,7 +75,7 @@ def under_lights(graph: Graph, normal: Value, mu: Value) -> Value:
 
 
 def build_one_light(graph: Graph) -> dict[str, Value]:
-    """(N.H)^n as (1 - |N x H|^2)^(n / 2): that root keeps its digits near 1, where a power of 10000 needs them."""
+    """Return N.L and (N.H)^n as (1 - |N x H|^2)^(n / 2), which is accurate near 1, where an exponent of 10000 needs it."""
     n, l = graph.input(N), graph.input(L)
     h = l + graph.geometry("Incoming")
     across = graph.vector_math("CROSS_PRODUCT", n, h)

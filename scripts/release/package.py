@@ -24,7 +24,7 @@ from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import run_script
 
 ROOT = Path(__file__).resolve().parents[2]
-LARGEST = 300_000  # bytes of the package
+MAX_SIZE = 300_000  # bytes of the package
 STARTS = 7  # of Blender, for a median
 MODULE = "bl_ext.user_default.true_diffuse"
 INSTALL = "import bpy; bpy.ops.extensions.package_install_files(filepath={!r}, repo='user_default', enable_on_install=False)"
@@ -47,25 +47,25 @@ def main() -> int:
 
 def package(timed: bool, out: Path, output: OutputFolder, terminal: Terminal) -> None:
     """Build the package into `output`, check it, publish it and tell what it holds."""
-    made = build(output.folder)
-    check(made)
-    size = made.stat().st_size
-    if size > LARGEST:
-        raise BadInput(f"{made.name} has {size} bytes, more than {LARGEST}")
+    path = build(output.folder)
+    check(path)
+    size = path.stat().st_size
+    if size > MAX_SIZE:
+        raise BadInput(f"{path.name} has {size} bytes, more than {MAX_SIZE}")
     folders: Counter[str] = Counter()
     files: Counter[str] = Counter()
-    with zipfile.ZipFile(made) as content:
+    with zipfile.ZipFile(path) as content:
         for entry in content.infolist():
             folder = entry.filename.rpartition("/")[0] or "."
             folders[folder] += entry.compress_size
             files[folder] += 1
     rows = [(folder, str(files[folder]), f"{folders[folder] / 1000.0:.1f}") for folder in sorted(folders)]
-    terminal.table(made.name, ("Folder", "Files", "kB"), rows)
+    terminal.table(path.name, ("Folder", "Files", "kB"), rows)
     if timed:
-        first, again = enabling(made, terminal)
+        first, again = enabling(path, terminal)
         terminal.say(f"Enabled in {1000.0 * first:.0f} ms the first time, {1000.0 * again:.0f} ms later (median of {STARTS})")
     output.publish()
-    terminal.say(f"Wrote {out / made.name}, {size / 1000.0:.0f} kB")
+    terminal.say(f"Wrote {out / path.name}, {size / 1000.0:.0f} kB")
 
 
 def build(folder: Path) -> Path:
@@ -74,9 +74,9 @@ def build(folder: Path) -> Path:
     return next(folder.glob("*.zip"))
 
 
-def check(made: Path) -> None:
+def check(path: Path) -> None:
     """Let Blender's tool check manifest, tags and content of a package; raises BadInput with its words where it objects."""
-    _tool("validate", f"--valid-tags={_scripts() / 'modules' / '_bpy_internal' / 'extensions' / 'tags.py'}", str(made))
+    _tool("validate", f"--valid-tags={_scripts() / 'modules' / '_bpy_internal' / 'extensions' / 'tags.py'}", str(path))
 
 
 def _scripts() -> Path:
@@ -92,16 +92,16 @@ def _tool(*arguments: str) -> None:
         raise BadInput(" ".join((result.stderr or result.stdout).split()))
 
 
-def enabling(made: Path, terminal: Terminal) -> tuple[float, float]:
+def enabling(path: Path, terminal: Terminal) -> tuple[float, float]:
     """Return how long Blender takes to enable the package, [s]: the first time, when Python compiles it, and later."""
     with tempfile.TemporaryDirectory() as profile:
-        blender(profile, INSTALL.format(str(made)))
+        blender(profile, INSTALL.format(str(path)))
         times = []
         with terminal.progress(STARTS + 1) as progress:
             for start in range(STARTS + 1):
                 with progress.step(f"start {start + 1}", 1.0):
-                    said = blender(profile, ENABLE).splitlines()
-                    times.append(next(float(line.split()[1]) for line in said if line.startswith("seconds ")))
+                    output = blender(profile, ENABLE).splitlines()
+                    times.append(next(float(line.split()[1]) for line in output if line.startswith("seconds ")))
     return times[0], median(times[1:])
 
 
