@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's own BSDFs made into our groups: the same picture in Cycles, the same links, and a word about what was lost."""
+"""Blender's own BSDFs converted to our groups: the same picture in Cycles, the same links, and a note on what was lost."""
 
 import math
 from pathlib import Path
@@ -43,7 +43,7 @@ def converted(made: bpy.types.Material, group=SUBSURFACE, meter: float = 1.0) ->
     return made.node_tree.nodes[group.name]
 
 
-def feeding(node: bpy.types.Node, socket: str) -> str:
+def source_name(node: bpy.types.Node, socket: str) -> str:
     return node.inputs[socket].links[0].from_node.name
 
 
@@ -58,7 +58,7 @@ def test_smooth_diffuse_is_lambert() -> None:
     assert node.inputs["Model"].default_value == "Lambert"
 
 
-def test_links_place_and_label_are_kept() -> None:
+def test_links_location_and_label_are_kept() -> None:
     made, node = material("Diffuse")
     tree = made.node_tree
     for source, output, socket in (
@@ -72,7 +72,7 @@ def test_links_place_and_label_are_kept() -> None:
     frame = tree.nodes.new("NodeFrame")
     node.parent, node.location, node.label = frame, (12.0, 34.0), "My Chalk"
     new = converted(made, ROUGH_DIFFUSE)
-    assert {socket: feeding(new, socket) for socket in ("Color", "Roughness", "Normal")} == {
+    assert {socket: source_name(new, socket) for socket in ("Color", "Roughness", "Normal")} == {
         "Color": "Color",
         "Roughness": "Roughness",
         "Normal": "Normal",
@@ -103,18 +103,18 @@ def test_principled_without_highlight_and_scattering_is_rough_diffuse() -> None:
 
 
 @pytest.mark.parametrize("level", [0.2, 0.5, 0.8])
-def test_principled_mirrors_as_much_head_on(level: float) -> None:
+def test_principled_keeps_its_reflectance_at_normal_incidence(level: float) -> None:
     # Principled: F0 = ((n - 1) / (n + 1))^2 times twice the level, as its manual says
     made, _ = material("Principled", IOR=1.45, Specular_IOR_Level=level, Roughness=0.25)
     node = converted(made)
     n = node.inputs["IOR"].default_value
-    mirrored = node.inputs["Specular"].default_value * ((n - 1.0) / (n + 1.0)) ** 2
-    assert mirrored == pytest.approx((0.45 / 2.45) ** 2 * 2.0 * level, rel=1e-5)
+    f0 = node.inputs["Specular"].default_value * ((n - 1.0) / (n + 1.0)) ** 2
+    assert f0 == pytest.approx((0.45 / 2.45) ** 2 * 2.0 * level, rel=1e-5)
     assert node.inputs["Specular Roughness"].default_value == 0.25 and node.inputs["Subsurface"].default_value == 0.0
 
 
 @pytest.mark.parametrize(
-    ("inputs", "words"),
+    ("inputs", "feature"),
     [
         ({"Metallic": 1.0}, "metal"),
         ({"Transmission_Weight": 0.5}, "transmission"),
@@ -124,18 +124,18 @@ def test_principled_mirrors_as_much_head_on(level: float) -> None:
         ({"Thin_Wall": True, "Subsurface_Weight": 1.0}, "thin walls"),
     ],
 )
-def test_principled_that_would_look_grossly_different_is_left_alone(inputs: dict, words: str) -> None:
+def test_principled_that_would_look_grossly_different_is_left_alone(inputs: dict, feature: str) -> None:
     made, node = material("Principled", **inputs)
     report = convert.convert_materials([made], 1.0)
     assert not report.converted and node in made.node_tree.nodes.values()
-    assert len(report.lines) == 1 and words in report.lines[0] and "Mine" in report.lines[0]
+    assert len(report.lines) == 1 and feature in report.lines[0] and "Mine" in report.lines[0]
 
 
 def test_principled_with_black_emission_is_converted() -> None:
     converted(material("Principled", Emission_Strength=1.0, Emission_Color=(0.0, 0.0, 0.0, 1.0))[0])
 
 
-def test_principled_says_what_it_lost() -> None:
+def test_principled_reports_what_it_lost() -> None:
     made, _ = material("Principled", Sheen_Weight=1.0, Specular_Tint=(1.0, 0.5, 0.5, 1.0))
     report = convert.convert_materials([made], 1.0)
     assert report.converted == ["Mine"] and len(report.lines) == 2
@@ -165,7 +165,7 @@ def test_linked_radius_is_scaled_and_linked_scale_stays() -> None:
         tree.links.new(tree.nodes.new(kind).outputs[0], node.inputs[socket])
     new = converted(made)
     times = new.inputs["Subsurface Radius"].links[0].from_node
-    assert feeding(times, "Vector") == "Combine XYZ" and feeding(new, "Scale") == "Value"
+    assert source_name(times, "Vector") == "Combine XYZ" and source_name(new, "Scale") == "Value"
     assert list(times.inputs[1].default_value) == pytest.approx([1000.0] * 3, rel=0.01)
 
 
@@ -221,17 +221,17 @@ def test_batch_converts_each_material_of_the_selection_once_and_is_undone() -> N
     materials = [material("Diffuse", "One")[0], material("Principled", "Two")[0], material("Diffuse", "Three")[0]]
     for chosen in (materials[:2], materials[:1], materials[2:]):
         bpy.ops.mesh.primitive_cube_add()
-        for one in chosen:
-            bpy.context.object.data.materials.append(one)
+        for item in chosen:
+            bpy.context.object.data.materials.append(item)
     bpy.context.object.select_set(False)  # the one of Three
     for item in bpy.data.objects[:2]:
         item.select_set(True)
     bpy.ops.ed.undo_push(message="Before")
     assert bpy.ops.true_diffuse.convert("EXEC_DEFAULT", True) == {"FINISHED"}
-    groups = {one.name: sum(node.type == "GROUP" for node in one.node_tree.nodes) for one in bpy.data.materials}
+    groups = {item.name: sum(node.type == "GROUP" for node in item.node_tree.nodes) for item in bpy.data.materials}
     assert groups == {"One": 1, "Three": 0, "Two": 1}
     bpy.ops.ed.undo()
-    assert not any(node.type == "GROUP" for one in bpy.data.materials for node in one.node_tree.nodes)
+    assert not any(node.type == "GROUP" for item in bpy.data.materials for node in item.node_tree.nodes)
 
 
 @pytest.mark.usefixtures("registered")
@@ -250,9 +250,9 @@ def test_selected_nodes_are_converted_in_the_shader_editor() -> None:
         metal = made.node_tree.nodes.new(BSDF["Principled"])
         metal.inputs["Metallic"].default_value = 1.0
         bpy.context.object.active_material = refused = made.copy()
-        for one in refused.node_tree.nodes:
-            if one.bl_idname != BSDF["Principled"]:
-                refused.node_tree.nodes.remove(one)
+        for item in refused.node_tree.nodes:
+            if item.bl_idname != BSDF["Principled"]:
+                refused.node_tree.nodes.remove(item)
         refused.node_tree.nodes.new("ShaderNodeOutputMaterial")
         before = set(refused.node_tree.nodes.keys())
         assert bpy.ops.true_diffuse.convert_nodes() == {"CANCELLED"}
@@ -264,12 +264,12 @@ def test_match_converts_what_the_engines_read_differently_and_aligns_settings() 
     smooth, rough = material("Diffuse", "Smooth")[0], material("Diffuse", "Rough", Roughness=0.5)[0]
     plain, waxy = material("Principled", "Plain")[0], material("Principled", "Waxy", Subsurface_Weight=1.0)[0]
     bpy.ops.mesh.primitive_cube_add()
-    for one in (smooth, rough, plain, waxy):
-        bpy.context.object.data.materials.append(one)
+    for item in (smooth, rough, plain, waxy):
+        bpy.context.object.data.materials.append(item)
     scene = bpy.context.scene
     scene.eevee.light_threshold = 0.01
     assert bpy.ops.true_diffuse.match_engines(quality="Precise") == {"FINISHED"}
-    groups = {one.name for one in bpy.data.materials if any(node.type == "GROUP" for node in one.node_tree.nodes)}
+    groups = {item.name for item in bpy.data.materials if any(node.type == "GROUP" for node in item.node_tree.nodes)}
     assert groups == {"Rough", "Waxy"} and scene.eevee.light_threshold == 0.0
     assert rough.node_tree.nodes[ROUGH_DIFFUSE.name].inputs["Quality"].default_value == "Precise"
     assert bpy.ops.true_diffuse.match_engines() == {"CANCELLED"}  # nothing is left to do
@@ -356,9 +356,8 @@ def test_converted_principled_sends_back_as_much_light_in_cycles(inputs: dict) -
 
 
 @pytest.mark.render
-def test_matched_eevee_is_nearer_to_cycles(eevee_runs_here: bool) -> None:
-    if not eevee_runs_here:
-        pytest.skip("EEVEE finds no graphics driver here")
+@pytest.mark.usefixtures("driver")
+def test_matched_eevee_is_nearer_to_cycles() -> None:
     made, _ = material("Diffuse", Roughness=1.0)
     picture(made, 1)
     bpy.data.objects["Sun"].rotation_euler = (0.0, math.radians(80.0), 0.0)  # from the side, where Lambert is far off

@@ -5,10 +5,11 @@ import bpy
 
 import pytest
 
+from support import USUAL, every_model
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.id_properties import SPECIALIZED_FOR
 from true_diffuse.addon.material import materials
-from true_diffuse.addon.models import MODELS, CyclesDiffuse, Eon, Lambert
+from true_diffuse.addon.models import CyclesDiffuse, Eon, Lambert, ReflectanceModel
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
 from true_diffuse.addon.optimize.materials import optimize_materials
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
@@ -31,39 +32,30 @@ def test_diffuse_bsdf_of_cycles_is_its_own_model_not_eon(degrees: float) -> None
     assert eon.rms > 0.01
 
 
-def test_diffuse_bsdf_of_eevee_ignores_roughness(eevee_runs_here: bool) -> None:
-    if not eevee_runs_here:
-        pytest.skip("EEVEE finds no graphics driver here")
+@pytest.mark.usefixtures("driver")
+def test_diffuse_bsdf_of_eevee_ignores_roughness() -> None:
     sphere = sphere_under_sun(64)
     (result,) = sphere.measure(blenders_own_diffuse(1.0), [Lambert()], engines.EEVEE, 4, 60.0)[1]
     assert result.rms < 0.004  # colors of 10 bits
 
 
-@pytest.fixture
-def realtime(request: pytest.FixtureRequest, eevee_runs_here: bool) -> engines.Engine:
-    request.getfixturevalue("registered")
-    if not eevee_runs_here:
-        pytest.skip("Realtime finds no graphics driver here")
-    return engines.REALTIME
+@every_model
+@pytest.mark.usefixtures("driver", "registered")
+def test_realtime_draws_every_model_itself(model: ReflectanceModel) -> None:
+    material = materials.create(model.label, ROUGH_DIFFUSE, Model=model.label, Color=COLOR, **USUAL)
+    (result,) = sphere_under_sun(64).measure(material, [model.reference(USUAL)], engines.REALTIME, 1, 60.0)[1]
+    # From pixel to pixel the sphere's normal turns by 1/32: by 1e-4 in the standard deviation, 0.003 pixels, of the filter through
+    # which Cycles renders its normals.
+    assert result.rms <= 1e-4
 
 
-def test_realtime_draws_every_model_itself(realtime: engines.Engine) -> None:
-    sphere = sphere_under_sun(64)
-    inputs = {"Roughness": 0.5, "IOR": 1.5}
-    for name, model in MODELS.items():
-        material = materials.create(name, ROUGH_DIFFUSE, Model=model.label, Color=COLOR, **inputs)
-        (result,) = sphere.measure(material, [model.reference(inputs)], realtime, 1, 60.0)[1]
-        # From pixel to pixel the sphere's normal turns by 1/32: by 1e-4 in the standard deviation, 0.003 pixels, of the filter
-        # through which Cycles tells its normals.
-        assert result.rms <= 1e-4, name
-
-
-def test_realtime_draws_a_simplified_material_as_it_was(realtime: engines.Engine) -> None:
+@pytest.mark.usefixtures("driver", "registered")
+def test_realtime_draws_an_optimized_material_as_it_was() -> None:
     sphere = sphere_under_sun(32)
     material = materials.create("Clay", ROUGH_DIFFUSE, Roughness=0.33, Quality="Precise", Color=COLOR)
-    whole = sphere.radiance(material, [sphere.sun], None, realtime, 1)[1]
-    for engine in (engines.EEVEE, engines.CYCLES, realtime):
+    whole = sphere.radiance(material, [sphere.sun], None, engines.REALTIME, 1)[1]
+    for engine in (engines.EEVEE, engines.CYCLES, engines.REALTIME):
         bpy.context.scene.render.engine = engine.identifier
         optimize_materials()
         assert SPECIALIZED_FOR in material.node_tree.nodes[ROUGH_DIFFUSE.name].node_tree
-        assert sphere.radiance(material, [sphere.sun], None, realtime, 1)[1] == whole
+        assert sphere.radiance(material, [sphere.sun], None, engines.REALTIME, 1)[1] == whole

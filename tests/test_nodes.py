@@ -296,9 +296,8 @@ def test_only_lights_can_be_chosen() -> None:
 
 @pytest.mark.slow
 @pytest.mark.render
-def test_signed_lobes_equal_cycles_under_lights_and_sky(eevee_runs_here: bool) -> None:
-    if not eevee_runs_here:
-        pytest.skip("EEVEE finds no graphics driver here")
+@pytest.mark.usefixtures("driver")
+def test_signed_lobes_equal_cycles_under_lights_and_sky() -> None:
     sphere = sphere_under_sun(48)
     world = sky((0.35, 0.3, 0.25), (0.4, 0.6, 1.0), 0.5)
     _, difference = sphere.between_engines(rough("Oren-Nayar", "Precise", 0.33), three_lights(), world, 16)

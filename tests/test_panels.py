@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the panels say and offer, drawn into a layout that keeps what it is told; plots; and the operators behind the buttons."""
+"""Texts and buttons of the panels, drawn into a layout that records them; plots; and the operators of the buttons."""
 
 import json
 import math
@@ -43,16 +43,15 @@ def clay(**inputs: materials.Setting) -> bpy.types.Material:
 
 
 @pytest.mark.parametrize("group", [ROUGH_DIFFUSE, SUBSURFACE, SPECULAR_GROUP], ids=lambda group: group.key)
-def test_panel_shows_the_sockets_a_plot_and_the_buttons(group) -> None:
-    material = materials.create("Material", group)
-    shown = {socket.name for socket in group.inputs if not socket.hide_value and socket.name != "Subsurface Radius"}
-    for engine in ("BLENDER_EEVEE", "CYCLES", "BLENDER_WORKBENCH"):
-        bpy.context.scene.render.engine = engine
-        layout = drawn(material)
-        assert shown <= set(layout.texts) and ("Subsurface Radius [mm]" in layout.texts) == (group is SUBSURFACE)
-        assert "plot" in layout.offered
-        for name in ("measure", "pick_settings", "optimize", "restore"):
-            assert any(entry.startswith(f"true_diffuse.{name}") for entry in layout.offered)
+@pytest.mark.parametrize("engine", ["BLENDER_EEVEE", "CYCLES", "BLENDER_WORKBENCH"])
+def test_panel_shows_the_sockets_a_plot_and_the_buttons(group, engine: str) -> None:
+    bpy.context.scene.render.engine = engine
+    layout = drawn(materials.create("Material", group))
+    names = {socket.name for socket in group.inputs if not socket.hide_value and socket.name != "Subsurface Radius"}
+    assert names <= set(layout.texts) and ("Subsurface Radius [mm]" in layout.texts) == (group is SUBSURFACE)
+    assert "plot" in layout.offered
+    for name in ("measure", "pick_settings", "optimize", "restore"):
+        assert any(entry.startswith(f"true_diffuse.{name}") for entry in layout.offered)
 
 
 def test_panel_without_a_group_of_ours_offers_one() -> None:
@@ -104,7 +103,7 @@ def test_panel_shows_a_group_that_the_user_gave_another_socket() -> None:
     assert "Roughness" in drawn(material).texts
 
 
-def test_panel_says_that_a_material_is_simplified() -> None:
+def test_panel_says_that_a_material_is_optimized() -> None:
     bpy.ops.mesh.primitive_cube_add()
     material = clay()
     bpy.context.object.data.materials.append(material)
@@ -189,17 +188,16 @@ def test_stated_error_in_realtime_is_none() -> None:
     assert stated(materials.create("Skin", SUBSURFACE, Subsurface=0.5, Model="EON")) == "Rough part: exact under every light"
 
 
-def shiny(mode: str, height: float) -> bpy.types.Material:
+def shiny(quality: str, height: float) -> bpy.types.Material:
     """Return a Standard Specular of a black base, whose highlight is `height` times as bright as white."""
     return materials.create(
-        "Shiny", SPECULAR_GROUP, Quality=mode, Color=(0.0, 0.0, 0.0, 1.0), Specular=1.0, Exponent=8.0 * height - 8.0
+        "Shiny", SPECULAR_GROUP, Quality=quality, Color=(0.0, 0.0, 0.0, 1.0), Specular=1.0, Exponent=8.0 * height - 8.0
     )
 
 
 @pytest.mark.render
-def test_stated_limit_of_highlights_is_eevees(eevee_runs_here: bool) -> None:
-    if not eevee_runs_here:
-        pytest.skip("EEVEE finds no graphics driver here")
+@pytest.mark.usefixtures("driver")
+def test_stated_limit_of_highlights_is_eevees() -> None:
     flat = sheet.sheet((1.0,), [sheet.USUAL], furnace.CELL)
     chosen_lights.choose([flat.sun])  # of irradiance pi: white is 1
     for height, shown, cut_off in ((7.0, 7.0, ""), (9.0, 8.0, ", cut off at 8 times white")):
@@ -235,18 +233,18 @@ def light(name: str) -> bpy.types.Object:
 
 
 def test_lights_are_chosen_from_a_list() -> None:
-    lights, material = [light(f"Lamp {k}") for k in range(5)], clay(Quality="Exact for Chosen Lights")
-    assert "true_diffuse.toggle_light Lamp 1" in drawn(material).offered
-    for name in ("Lamp 1", "Lamp 3", "Lamp 0"):
+    lights, material = [light(f"Light {k}") for k in range(5)], clay(Quality="Exact for Chosen Lights")
+    assert "true_diffuse.toggle_light Light 1" in drawn(material).offered
+    for name in ("Light 1", "Light 3", "Light 0"):
         assert bpy.ops.true_diffuse.toggle_light(light=name) == {"FINISHED"}
     assert chosen_lights.chosen() == [lights[1], lights[3], lights[0]]
-    assert "true_diffuse.toggle_light Lamp 3 chosen" in drawn(material).offered
-    assert bpy.ops.true_diffuse.toggle_light(light="Lamp 3") == {"FINISHED"}
+    assert "true_diffuse.toggle_light Light 3 chosen" in drawn(material).offered
+    assert bpy.ops.true_diffuse.toggle_light(light="Light 3") == {"FINISHED"}
     assert chosen_lights.chosen() == [lights[1], lights[0]]
-    bpy.ops.true_diffuse.toggle_light(light="Lamp 3")
-    bpy.ops.true_diffuse.toggle_light(light="Lamp 2")
+    bpy.ops.true_diffuse.toggle_light(light="Light 3")
+    bpy.ops.true_diffuse.toggle_light(light="Light 2")
     with pytest.raises(RuntimeError, match="At most 4 lights"):
-        bpy.ops.true_diffuse.toggle_light(light="Lamp 4")
+        bpy.ops.true_diffuse.toggle_light(light="Light 4")
     with pytest.raises(RuntimeError, match="no light Sun"):
         bpy.ops.true_diffuse.toggle_light(light="Sun")
     assert len(chosen_lights.chosen()) == 4
@@ -275,7 +273,7 @@ def test_preset_gives_the_node_its_values() -> None:
 
 
 def report(folder: Path, **environment_of: object) -> Path:
-    """A report of this machine: Lobes are cheap and 3 % off, Signed dear and 0.5 %; both without noise at 4 samples and 64."""
+    """A report of this machine: Balanced is cheap and 3 % off, Precise costly and 0.5 %; both without noise at 4 samples and 64."""
     curves = [
         {
             "scene": "sphere",
@@ -284,7 +282,7 @@ def report(folder: Path, **environment_of: object) -> Path:
             "kind": "ours",
             "group": "rough_diffuse",
             "model": "Oren-Nayar",
-            "quality": mode,
+            "quality": quality,
             "sigma": 0.33,
             "points": [{"samples": samples, "error": floor} for samples in (4, 64)],
             "floor": floor,
@@ -294,7 +292,7 @@ def report(folder: Path, **environment_of: object) -> Path:
             "seconds_fixed": seconds,
             "seconds_per_sample": 0.1,
         }
-        for engine, mode, floor, seconds in (
+        for engine, quality, floor, seconds in (
             ("eevee", "Balanced", 0.03, 1.0),
             ("eevee", "Precise", 0.005, 3.0),
             ("eevee", "Exact for Chosen Lights", 0.001, 0.5),
@@ -318,26 +316,29 @@ def in_instance(material: bpy.types.Material) -> bpy.types.Material:
     return material
 
 
-def test_tolerance_sets_mode_and_samples(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tolerance_sets_quality_and_samples(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bpy.ops.mesh.primitive_cube_add()
     scene, material = bpy.context.scene, clay(Roughness=0.33)
     bpy.context.object.data.materials.append(material)
-    bpy.context.object.data.materials.append(shiny("Balanced", 1.0))  # whose modes no report knows
+    bpy.context.object.data.materials.append(shiny("Balanced", 1.0))  # whose qualities no report has
     instanced = in_instance(clay(Roughness=0.2))
     monkeypatch.setattr(tolerance_operator, "_report_path", lambda: report(tmp_path))
     measured = []
     monkeypatch.setattr(tolerance_operator, "measure", lambda _operator, _context, shown: measured.append(shown))
-    mode = material.node_tree.nodes["Rough Diffuse"].inputs["Quality"]
-    for percent, expected in ((4.0, "Balanced"), (1.0, "Precise")):  # never Lamps, which only the artist can know to be right
+    quality = material.node_tree.nodes["Rough Diffuse"].inputs["Quality"]
+    for percent, expected in (
+        (4.0, "Balanced"),
+        (1.0, "Precise"),
+    ):  # never that for chosen lights
         scene.true_diffuse.error, scene.eevee.taa_render_samples = percent, 99
         assert bpy.ops.true_diffuse.pick_settings() == {"FINISHED"}
-        assert mode.default_value == expected and scene.eevee.taa_render_samples == 4
+        assert quality.default_value == expected and scene.eevee.taa_render_samples == 4
         assert instanced.node_tree.nodes["Rough Diffuse"].inputs["Quality"].default_value == expected
     assert measured == [material] * 2
     scene.true_diffuse.error, scene.eevee.taa_render_samples = 0.1, 99
     with pytest.raises(RuntimeError, match=r"Clay.*: EEVEE reaches 0\.5 % at best, with Precise and 4 samples"):
         bpy.ops.true_diffuse.pick_settings()
-    assert mode.default_value == "Precise" and scene.eevee.taa_render_samples == 99
+    assert quality.default_value == "Precise" and scene.eevee.taa_render_samples == 99
 
 
 def test_tolerance_in_realtime_sets_samples_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -376,7 +377,7 @@ def test_line_covers_its_length_times_its_width() -> None:
 
 
 def test_lambert_is_plotted_as_horizontal_lines() -> None:
-    """Its radiance over that head on is N.L from every view: 1, 0.866 and 0.5."""
+    """Its radiance over that at normal incidence is N.L from every view: 1, 0.866 and 0.5."""
     canvas = plots.lobe(material_summary(clay(Model="Lambert")), None)
     for degrees, color in plots.LIGHTS:
         for view in (-60.0, 10.0, 70.0):

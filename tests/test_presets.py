@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The presets: their values against the published table, their pictures, and the operators that hand them out."""
+"""The presets: their values against the published table, their pictures, and the operators that use them."""
 
 import math
 
@@ -15,8 +15,8 @@ from true_diffuse.addon.models.medium import MEDIA
 from true_diffuse.addon.models.skin import TONES
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SUBSURFACE
 
-each = pytest.mark.parametrize("preset", PRESETS.values(), ids=PRESETS)
-each_medium = pytest.mark.parametrize("medium", MEDIA, ids=lambda medium: medium.name)
+every_preset = pytest.mark.parametrize("preset", PRESETS.values(), ids=PRESETS)
+every_medium = pytest.mark.parametrize("medium", MEDIA, ids=lambda medium: medium.name)
 # Diffuse reflectance in figure 5 of H. W. Jensen and others (SIGGRAPH 2001)
 PRINTED = {
     "Marble": (0.83, 0.79, 0.75),
@@ -26,7 +26,7 @@ PRINTED = {
 }
 
 
-def test_there_is_one_for_each_medium_and_tone() -> None:
+def test_every_medium_and_tone_has_a_preset() -> None:
     kinds = [preset.kind for preset in PRESETS.values() if preset.group is SUBSURFACE]
     assert kinds == ["Skin"] * len(TONES) + ["Translucent"] * len(MEDIA)
 
@@ -40,7 +40,7 @@ def test_matte_materials_are_oren_nayar_s() -> None:
     assert sum(w * c for w, c in zip((0.2126, 0.7152, 0.0722), moon, strict=False)) == pytest.approx(0.12, abs=0.005)
 
 
-@each
+@every_preset
 def test_values_are_finite_and_in_the_sockets_ranges(preset: Preset) -> None:
     sockets = {socket.name: socket for socket in preset.group.inputs}
     for name, value in preset.inputs.items():
@@ -55,7 +55,7 @@ def test_color_of_a_medium_is_its_printed_reflectance(name: str) -> None:
     assert preset.inputs["Color"][:3] == pytest.approx(PRINTED[name], abs=0.008)
 
 
-@each_medium
+@every_medium
 def test_light_gets_as_far_as_in_the_medium(medium) -> None:
     preset = next(preset for preset in PRESETS.values() if preset.name == medium.name.title())
     assert preset.inputs["IOR"] == medium.eta
@@ -70,13 +70,13 @@ def test_darker_skin_is_darker() -> None:
     assert tones == sorted(tones, reverse=True) and all(r > g > b for r, g, b in tones)
 
 
-@each
+@every_preset
 @pytest.mark.usefixtures("empty_file")
-def test_makes_a_material(preset: Preset) -> None:
+def test_preset_makes_a_material(preset: Preset) -> None:
     node = materials.create(preset.name, preset.group, **preset.inputs).node_tree.nodes[preset.group.name]
     for name, value in preset.inputs.items():
-        got = node.inputs[name].default_value
-        assert (tuple(got) if isinstance(value, tuple) else got) == pytest.approx(value, rel=1e-6)
+        actual = node.inputs[name].default_value
+        assert (tuple(actual) if isinstance(value, tuple) else actual) == pytest.approx(value, rel=1e-6)
 
 
 @pytest.mark.parametrize("key", [*PRESETS, *(group.key for group in GROUPS)])
@@ -96,7 +96,7 @@ def test_pictures_are_light() -> None:
 
 
 @pytest.mark.usefixtures("registered")
-def test_added_to_a_material_and_undone() -> None:
+def test_preset_is_added_to_a_material_and_undone() -> None:
     bpy.ops.mesh.primitive_cube_add()
     bpy.context.object.active_material = bpy.data.materials.new("Mine")
     assert not bpy.ops.true_diffuse.add_preset.poll()  # no Shader Editor
@@ -113,7 +113,7 @@ def test_added_to_a_material_and_undone() -> None:
 
 
 @pytest.mark.usefixtures("registered")
-def test_assigned_to_what_is_selected_and_undone() -> None:
+def test_preset_is_assigned_to_selected_objects_and_undone() -> None:
     bpy.ops.object.light_add()
     assert not bpy.ops.true_diffuse.assign_preset.poll()  # a light has no surface
     for add in (bpy.ops.mesh.primitive_cube_add, bpy.ops.object.metaball_add, bpy.ops.object.light_add):
@@ -127,7 +127,7 @@ def test_assigned_to_what_is_selected_and_undone() -> None:
 
 
 @pytest.mark.usefixtures("registered")
-def test_assigned_in_the_properties_editor_to_the_object_shown() -> None:
+def test_preset_is_assigned_in_the_properties_editor_to_its_object() -> None:
     bpy.ops.mesh.primitive_cube_add()
     other = bpy.context.object
     bpy.ops.mesh.primitive_cube_add()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files made with an older True Diffuse: nodes keep values, links and animation, and what cannot be kept is said."""
+"""Files made with an older True Diffuse: nodes keep values, links and animation, and a note reports what cannot be kept."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -61,7 +61,7 @@ def test_muted_links_stay_muted() -> None:
     assert [socket.links[0].is_muted for socket in (node.inputs["Roughness"], node.outputs[0])] == [True, True]
 
 
-def test_value_of_another_shape_is_said() -> None:
+def test_value_of_another_shape_is_reported() -> None:
     three = replace(COLOR, kind="NodeSocketVector", default=(0.1, 0.2, 0.3))
     made = materials.create("Old", replace(OLD, inputs=(*OLD.inputs[:-1], three)), Model="Lambert")
     report = upgrade.upgrade()
@@ -162,7 +162,7 @@ def test_edited_and_newer_groups_are_left_alone() -> None:
     assert node.node_tree[GROUP_ID] == OLD.identifier and other.node_tree[GROUP_ID] == newer.identifier
 
 
-def test_linked_material_is_left_alone_and_said(tmp_path: Path) -> None:
+def test_linked_material_is_left_alone_and_reported(tmp_path: Path) -> None:
     made, _ = old_material()
     bpy.data.libraries.write(str(tmp_path / "a.blend"), {made})
     bpy.ops.wm.read_factory_settings(use_empty=True)

@@ -57,9 +57,9 @@ def test_window_is_clicked_through(blender: list[str]) -> None:
     (package,) = folder.glob("*.zip")
     walk = Path(__file__).with_name("walk.py")
     options = ["--factory-startup", "--window-geometry", "0", "0", "1600", "1000", "--python", str(walk)]
-    done = subprocess.run(
+    result = subprocess.run(
         [*blender, *options, "--", str(package), str(folder)], capture_output=True, text=True, timeout=900, check=False
     )
-    said = (folder / "log.txt").read_text(encoding="utf-8") if (folder / "log.txt").exists() else done.stdout + done.stderr
-    assert "walked to the end" in said, said
+    log = (folder / "log.txt").read_text(encoding="utf-8") if (folder / "log.txt").exists() else result.stdout + result.stderr
+    assert "walked to the end" in log, log
     assert [step for step in STEPS if not (folder / f"{step}.png").is_file()] == []
