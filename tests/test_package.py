@@ -74,16 +74,17 @@ def test_package_holds_no_test_cache_or_script(names: list[str]) -> None:
     assert {name for name in names if name.endswith((".png", ".webp", ".svg", ".jpg"))} == pictures
 
 
+def base_of(path: str, node: ast.ImportFrom) -> PurePosixPath:
+    """The module or package, as a path without .py, that a relative import in the module at `path` names."""
+    return PurePosixPath(path).parents[node.level - 1] / (node.module or "").replace(".", "/")
+
+
 def imports(path: str, tree: ast.AST) -> Iterator[str]:
     """The package's modules that the module at `path` imports anywhere in it, as paths without .py."""
-    here = PurePosixPath(path).parent
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.level:
-            base = here
-            for _ in range(node.level - 1):
-                base = base.parent
-            base = base / node.module.replace(".", "/") if node.module else base
-            yield from (str(place) for place in (base, *(base / alias.name for alias in node.names), *base.parents))
+            base = base_of(path, node)
+            yield from map(str, (base, *(base / alias.name for alias in node.names), *base.parents))
 
 
 def test_package_holds_only_code_that_the_extension_imports(trees: dict[str, ast.Module]) -> None:
@@ -92,8 +93,8 @@ def test_package_holds_only_code_that_the_extension_imports(trees: dict[str, ast
         path = waiting.pop()
         if path not in reached:
             reached.add(path)
-            places = [place for name in imports(path, trees[path]) for place in (f"{name}.py", f"{name}/__init__.py".lstrip("./"))]
-            waiting += [place for place in places if place in trees]
+            files = [file for name in imports(path, trees[path]) for file in (f"{name}.py", f"{name}/__init__.py".lstrip("./"))]
+            waiting += [file for file in files if file in trees]
     assert set(trees) - reached == set()
 
 
@@ -102,11 +103,8 @@ def test_every_import_within_the_package_is_in_it(trees: dict[str, ast.Module]) 
     for path, tree in trees.items():
         for node in ast.walk(tree):
             if isinstance(node, ast.ImportFrom) and node.level and node.module:
-                base = PurePosixPath(path).parent
-                for _ in range(node.level - 1):
-                    base = base.parent
-                place = base / node.module.replace(".", "/")
-                if f"{place}.py" not in trees and f"{place}/__init__.py" not in trees:
+                base = base_of(path, node)
+                if f"{base}.py" not in trees and f"{base}/__init__.py" not in trees:
                     missing.append((path, node.module))
     assert not missing
 

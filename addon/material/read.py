@@ -57,17 +57,13 @@ def read(node: bpy.types.Node, group: Group, version: int, names: Names) -> Surf
     unreadable: dict[str, str] = {}
     for socket in node.inputs:
         name = current_name(socket.name)
-        inputs[name] = current_value(name, plain(socket.default_value))
-        if all(link.is_muted for link in socket.links):
-            continue
         try:
-            source = _source(socket, names)
-            if isinstance(source, (Image, Attribute)):
+            value, source = _value_and_source(socket, names)
+            if source:
                 linked[name] = source
-            else:
-                inputs[name] = _converted(source, inputs[name])
         except UnsupportedInput as error:
-            unreadable[name] = str(error)
+            value, unreadable[name] = plain(socket.default_value), str(error)
+        inputs[name] = current_value(name, value)
     return Surface(group.key, inputs, version, linked, unreadable)
 
 
@@ -86,16 +82,19 @@ def source_socket(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
 
 def read_input(socket: bpy.types.NodeSocket, names: Names) -> tuple[Setting, Source | None]:
     """Return a socket's value, which is that of a constant linked to it if any, and the image or attribute linked to it."""
-    own = plain(socket.default_value)
-    if not socket.is_linked:
-        return own, None
     try:
-        source = _source(socket, names)
-        if isinstance(source, (Image, Attribute)):
-            return own, source
-        return _converted(source, own), None
+        return _value_and_source(socket, names)
     except UnsupportedInput:
+        return plain(socket.default_value), None
+
+
+def _value_and_source(socket: bpy.types.NodeSocket, names: Names) -> tuple[Setting, Source | None]:
+    """Return what `read_input` does; raises UnsupportedInput where the link has another source."""
+    own = plain(socket.default_value)
+    if all(link.is_muted for link in socket.links):
         return own, None
+    source = _source(socket, names)
+    return (own, source) if isinstance(source, (Image, Attribute)) else (_converted(source, own), None)
 
 
 def read_number(socket: bpy.types.NodeSocket, names: Names) -> float:
