@@ -473,8 +473,8 @@ def test_film_has_color_times_coverage() -> None:
     add_light(scene, "SUN", Matrix(), energy=math.pi, angle=0.0)
     engines.use(scene, engines.REALTIME, 8)
     _, channels = render._render(scene)
-    alpha = render._interleave(channels, "Combined", "A")
-    rgb = render._interleave(channels, "Combined", "RGB")
+    alpha = render.interleaved(channels, "Combined", "A")
+    rgb = render.interleaved(channels)
     assert sum(0.0 < a < 1.0 for a in alpha) > 20
     assert list(rgb) == pytest.approx([color * a for a in alpha for color in COLOR], abs=ROUND)
 
