@@ -1,19 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A slab under a sun, seen from above: so thick and wide that scattered light meets no end of it.
 
-The sun shines straight down with an irradiance of pi, so that a white Lambert surface has radiance 1. A mask behind the camera lets
-its light through on one side of an edge, or in a ring around the middle. Lengths are in mm, whatever the scene's unit.
-
-In both engines light scattered below the surface leaves it by Lambert's law, so paths can be reversed: a narrow beam sends to a
-ring around it what a ring of light sends to the point in its middle. The second is measured, as it has less noise.
+The sun shines straight down with an irradiance of pi, so that a white Lambert surface has radiance 1. Lengths are in mm, whatever
+the scene's unit.
 """
 
 import math
 from array import array
-from bisect import bisect
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from statistics import fmean, stdev
 from typing import NamedTuple
 
@@ -27,10 +22,6 @@ from ..addon.measure import render
 type Picture = tuple[array[float], array[float], array[float]]  # red, green, blue; rows from the top
 
 MM = 0.001  # m
-CORNERS = 256  # of a circle: its area is 1e-4 too small
-SPOT = 0.1  # of the outer radius of the first ring: what Cycles' camera sees of the middle
-SPOT_SIZE = 16  # pixels across it
-SPOT_PIXELS = 21  # whose centers a circle of as much area holds
 CELL, MARGIN = 16, 2  # pixels across a cell, and around what is measured of it
 AWAY = 6.0  # half widths from the camera to the slab: at N.V = 0.2 all of the slab is in front of it
 SHADOW_STEPS = 4.0  # of EEVEE's shadow map across a pixel
@@ -82,49 +73,6 @@ class Slab:
             means.append(tuple(Mean.of([plane[pixel] for pixel in pixels]) for plane in picture))
         return means
 
-    def edge(
-        self, material: bpy.types.Material, engine: Engine, samples: int, size: tuple[int, int], view: float
-    ) -> tuple[list[float], ...]:
-        """Return, by channel, the mean of each column, from dark to lit, of a picture `view` mm wide with a centered edge."""
-        columns = size[0]
-        picture = self.picture([material], engine, samples, size, view, self.half_plane())
-        return tuple([fmean(plane[x::columns]) for x in range(columns)] for plane in picture)
-
-    def rings(self, material: bpy.types.Material, engine: Engine, samples: int, radii: Sequence[float]) -> tuple[list[float], ...]:
-        """Return, by channel, the fractions of a narrow beam's light that leave between successive `radii` [mm].
-
-        Not for EEVEE, which scatters only what the camera sees: here the middle alone.
-        """
-        fractions: tuple[list[float], ...] = [], [], []
-        for inner, outer in pairwise(radii):
-            size, mask = (SPOT_SIZE, SPOT_SIZE), self.ring(inner, outer)
-            for channel, plane in zip(
-                fractions, self.picture([material], engine, samples, size, SPOT * radii[1], mask), strict=True
-            ):
-                channel.append(fmean(plane))
-        return fractions
-
-    def around_spot(
-        self, material: bpy.types.Material, engine: Engine, samples: int, size: int, view: float, radii: Sequence[float]
-    ) -> tuple[list[float], ...]:
-        """Return the same as `rings` from a picture of a spot of light, `view` mm and `size` pixels wide.
-
-        The spot is five pixels wide and blurs what is nearer than about ten pixels.
-        """
-        step = view / size
-        spot = math.sqrt(SPOT_PIXELS / math.pi) * step
-        picture = self.picture([material], engine, samples, (size, size), view, self.ring(0.0, spot))
-        middle = 0.5 * (size - 1)
-        values: tuple[list[list[float]], ...] = tuple([[] for _ in pairwise(radii)] for _ in picture)
-        for y in range(size):
-            for x in range(size):
-                index = bisect(radii, step * math.hypot(x - middle, y - middle)) - 1
-                if 0 <= index < len(radii) - 1:
-                    for channel, plane in zip(values, picture, strict=True):
-                        channel[index].append(plane[y * size + x])
-        areas = [(outer**2 - inner**2) / spot**2 for inner, outer in pairwise(radii)]
-        return tuple([area * fmean(ring) for area, ring in zip(areas, channel, strict=True)] for channel in values)
-
     def picture(
         self,
         materials: Sequence[bpy.types.Material],
@@ -158,25 +106,6 @@ class Slab:
         if mask:
             bpy.data.meshes.remove(mask.data)
         return rgb[0::3], rgb[1::3], rgb[2::3]
-
-    def half_plane(self) -> bpy.types.Object:
-        """Return a mask that lets light through where x > 0; in no scene."""
-        far = self.cell
-        return self._mask([(-far, -far), (0.0, -far), (0.0, far), (-far, far)], [(0, 1, 2, 3)])
-
-    def ring(self, inner: float, outer: float) -> bpy.types.Object:
-        """Return a mask that lets light through between two radii; in no scene."""
-        turns = [2.0 * math.pi * k / CORNERS for k in range(CORNERS)]
-        points = [(r * math.cos(turn), r * math.sin(turn)) for r in (inner, outer, self.cell) for turn in turns]
-        around = [(k, (k + 1) % CORNERS) for k in range(CORNERS)]
-        frame = [(CORNERS + k, 2 * CORNERS + k, 2 * CORNERS + after, CORNERS + after) for k, after in around]
-        return self._mask(points, [*frame, tuple(range(CORNERS))] if inner > 0.0 else frame)
-
-    def _mask(self, points: Sequence[tuple[float, float]], faces: Sequence[tuple[int, ...]]) -> bpy.types.Object:
-        height = (AWAY + 1.0) * 0.5 * self.cell  # behind the camera
-        mesh = bpy.data.meshes.new("Mask")
-        mesh.from_pydata([(self.units(x), self.units(y), self.units(height)) for x, y in points], [], faces)
-        return bpy.data.objects.new("Mask", mesh)
 
     def units(self, length: float) -> float:
         """Return a `length` [mm] in the scene's coordinates."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A sphere under a sun, the smallest scene in which every angle of light and view occurs; or under several lights and a sky."""
+"""A sphere under a sun, the smallest scene in which every angle of light and view occurs."""
 
 import math
 from array import array
@@ -9,16 +9,14 @@ from dataclasses import dataclass, field
 import bpy
 
 import bmesh
-from mathutils import Matrix
 
 from ..addon.blender import engines
 from ..addon.material import materials
 from ..addon.measure import error, render
 from ..addon.models import Lambert, Model
-from .elements import add, beside_viewer, towards
+from .elements import add, beside_viewer
 
 COLOR = (0.8, 0.5, 0.2, 1.0)
-NOISELESS = 512  # Cycles' samples under a sky: its noise is far below what the engines differ by
 
 
 @dataclass(frozen=True)
@@ -66,15 +64,6 @@ class SphereUnderSun:
             scene.world = sky
             return render.radiance(scene, engine, samples)
 
-    def between_engines(
-        self, material: bpy.types.Material, lights: Sequence[bpy.types.Object], sky: bpy.types.World | None, samples: int
-    ) -> tuple[float, float]:
-        """Return EEVEE's seconds for `material` under `lights` and `sky`, with shadows, and its RMS difference from Cycles."""
-        _, cycles = self.radiance(material, lights, sky, engines.CYCLES, NOISELESS)
-        seconds, eevee = self.radiance(material, lights, sky, engines.EEVEE, samples)
-        surface = self.surface()
-        return seconds, error.difference(eevee, cycles, (i for i, good in enumerate(surface.measurable) if good))
-
 
 def sphere_under_sun(size: int, scene: bpy.types.Scene | None = None) -> SphereUnderSun:
     """Return a smooth unit sphere that fills a picture of `size` pixels, 8 m from the camera, lit by a sun of irradiance pi.
@@ -101,44 +90,3 @@ def sphere_under_sun(size: int, scene: bpy.types.Scene | None = None) -> SphereU
     sun.data.energy = math.pi
     scene.view_layers[0].update()
     return SphereUnderSun(scene, sphere, sun, plain)
-
-
-def three_lights() -> list[bpy.types.Object]:
-    """Return a warm sun, a blue point light and an area light from below, around the origin; in no scene."""
-    lights = []
-    for kind, position, energy, color in (
-        ("SUN", (2.0, -2.0, 3.0), 1.5, (1.0, 0.9, 0.8)),
-        ("POINT", (-3.0, -3.0, 1.0), 150.0, (0.6, 0.8, 1.0)),
-        ("AREA", (0.5, -2.5, -3.0), 120.0, (1.0, 1.0, 0.9)),
-    ):
-        data = bpy.data.lights.new(kind.title(), kind)
-        data.energy, data.color = energy, color
-        if kind == "POINT":
-            data.shadow_soft_size = 0.0
-        elif kind == "AREA":
-            data.size = 0.5
-        light = bpy.data.objects.new(kind.title(), data)
-        light.matrix_world = Matrix.Translation(position) @ towards(position)
-        lights.append(light)
-    return lights
-
-
-def sky(below: tuple[float, float, float], above: tuple[float, float, float], strength: float) -> bpy.types.World:
-    """Return a sky whose color goes linearly with height from `below` to `above`: EEVEE's two bands of harmonics hold it."""
-    world = bpy.data.worlds.new("Sky")
-    nodes, links = world.node_tree.nodes, world.node_tree.links
-    nodes.clear()
-    coordinates, split = nodes.new("ShaderNodeTexCoord"), nodes.new("ShaderNodeSeparateXYZ")
-    height, mix = nodes.new("ShaderNodeMapRange"), nodes.new("ShaderNodeMix")
-    height.inputs["From Min"].default_value = -1.0
-    mix.data_type = "RGBA"
-    factor, low, high = (socket for socket in mix.inputs if socket.enabled)
-    low.default_value, high.default_value = (*below, 1.0), (*above, 1.0)
-    background, output = nodes.new("ShaderNodeBackground"), nodes.new("ShaderNodeOutputWorld")
-    background.inputs["Strength"].default_value = strength
-    links.new(coordinates.outputs["Generated"], split.inputs[0])
-    links.new(split.outputs["Z"], height.inputs["Value"])
-    links.new(height.outputs[0], factor)
-    links.new(next(socket for socket in mix.outputs if socket.enabled), background.inputs["Color"])
-    links.new(background.outputs[0], output.inputs["Surface"])
-    return world

@@ -6,8 +6,9 @@ from array import array
 
 import pytest
 
-from true_diffuse.addon.measure.error import Analytic, GBuffer, Light, analytic, errors, signed_difference
+from true_diffuse.addon.measure.error import Analytic, GBuffer, Light, analytic, errors
 from true_diffuse.addon.models import Lambert
+from true_diffuse.scripts.studies.five import signed_difference
 from true_diffuse.scripts.studies.pictures import DIVERGING, diverging_color, scale_place
 
 SUN = Light((0.0, 0.0, 1.0), math.pi)

@@ -13,7 +13,6 @@ from support import CountedProgress
 from true_diffuse.addon import models
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.osl import SHADERS
-from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.models import MODELS, directional_albedo
 from true_diffuse.addon.models.registry import Osl
@@ -46,7 +45,7 @@ EVERY = [case for model in osl_values.drawn() for case in shaped(model)]
 def material_of(model: str, shape: tuple[float, ...], **inputs) -> bpy.types.Material:
     parameter = MODELS[model].parameter
     inputs |= {parameter.socket: shape[0]} if parameter else {}
-    return materials.create_osl("OSL", "rough_diffuse", Model=MODELS[model].number, **inputs)
+    return osl_values.create_osl("OSL", "rough_diffuse", Model=MODELS[model].number, **inputs)
 
 
 def script_of(material: bpy.types.Material) -> bpy.types.Node:
@@ -54,7 +53,7 @@ def script_of(material: bpy.types.Material) -> bpy.types.Node:
 
 
 def test_osl_compiles_to_sockets_for_every_parameter() -> None:
-    sockets = script_of(materials.create_osl("OSL", "rough_diffuse")).inputs
+    sockets = script_of(osl_values.create_osl("OSL", "rough_diffuse")).inputs
     assert [(socket.name, socket.bl_idname) for socket in sockets] == [
         ("Model", "NodeSocketInt"),
         ("Color", "NodeSocketColor"),
@@ -69,7 +68,7 @@ def test_osl_compiles_to_sockets_for_every_parameter() -> None:
 
 def test_osl_explains_every_parameter(tmp_path) -> None:
     bytecode = tmp_path / "rough_diffuse.oso"
-    bytecode.write_text(script_of(materials.create_osl("OSL", "rough_diffuse")).bytecode)
+    bytecode.write_text(script_of(osl_values.create_osl("OSL", "rough_diffuse")).bytecode)
     render.openimageio()  # the query needs it loaded first
     import oslquery
 

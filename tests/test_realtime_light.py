@@ -24,6 +24,7 @@ from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 from true_diffuse.addon.realtime import program
 from true_diffuse.scenes.slab import slab
 from true_diffuse.scripts.studies.edge_profile import edge_width
+from true_diffuse.scripts.studies.slab_light import half_plane
 
 pytestmark = [pytest.mark.render, pytest.mark.usefixtures("registered", "driver")]
 
@@ -442,7 +443,7 @@ def test_edge_of_a_shadow_is_as_wide_as_on_the_medium(pixels: float) -> None:
     view = width * size / pixels
     body = slab(1.5 * view)
     rows = range(54, 90)  # as the picture's edges cut off light on its way up and down
-    red, *_ = body.picture([skin((0.5,) * 3)], engines.REALTIME, 4, (size, size), view, body.half_plane())
+    red, *_ = body.picture([skin((0.5,) * 3)], engines.REALTIME, 4, (size, size), view, half_plane(body))
     profile = [fmean(red[y * size + x] for y in rows) for x in range(size)]
     assert edge_width(profile, view / size) == pytest.approx(width, rel=0.03)
     assert fmean(profile) == pytest.approx(0.25, rel=0.01)  # no light is lost

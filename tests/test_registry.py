@@ -363,8 +363,8 @@ def test_unknown_model_is_refused_by_the_node_group() -> None:
 def test_unknown_model_is_magenta_in_osl() -> None:
     sphere = sphere_under_sun(16)
     sphere.scene.cycles.shading_system = True
-    unknown = materials.create_osl("Unknown", "rough_diffuse", Model=len(MODELS), Color=COLOR)
-    lambert = materials.create_osl("White", "rough_diffuse", Model=MODELS["lambert"].number, Color=(1.0,) * 4)
+    unknown = osl_values.create_osl("Unknown", "rough_diffuse", Model=len(MODELS), Color=COLOR)
+    lambert = osl_values.create_osl("White", "rough_diffuse", Model=MODELS["lambert"].number, Color=(1.0,) * 4)
     magenta, white = (sphere.radiance(material, [sphere.sun], None, engines.CYCLES, 4)[1] for material in (unknown, lambert))
     assert max(magenta[1::3]) == 0.0 < max(magenta[0::3])
     assert list(magenta[0::3]) == list(magenta[2::3]) == pytest.approx(list(white[0::3]), rel=1e-6)

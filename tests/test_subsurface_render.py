@@ -11,7 +11,7 @@ import pytest
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.models.burley import Burley
 from true_diffuse.scenes.slab import slab
-from true_diffuse.scripts.studies import searchlight
+from true_diffuse.scripts.studies import searchlight, slab_light
 from true_diffuse.scripts.studies import subsurface as study
 from true_diffuse.scripts.studies.edge_profile import edge_width
 from true_diffuse.scripts.studies.study import run
@@ -60,7 +60,7 @@ def test_edge_width_is_nan_where_no_edge_shows(values: list[float]) -> None:
 @pytest.mark.usefixtures("empty_file")
 def test_cycles_burley_spreads_light_as_the_closed_form_says() -> None:
     burley, radii = Burley(D), [0.2 * D, 0.6 * D, 1.8 * D, 5.4 * D]
-    shares = slab(200.0 * D).rings(plain(4.0 * math.pi * D), engines.CYCLES, 512, radii)
+    shares = slab_light.rings(slab(200.0 * D), plain(4.0 * math.pi * D), engines.CYCLES, 512, radii)
     for color, found in zip(COLORS, shares, strict=True):
         for k, got in enumerate(found):
             expected = color * (burley.cdf(radii[k + 1]) - burley.cdf(radii[k])) / TRUNCATION
@@ -74,7 +74,7 @@ def test_cycles_burley_spreads_light_as_the_closed_form_says() -> None:
 def test_slab_is_in_millimetres_in_scenes_of_any_unit(scale_length: float) -> None:
     view, size = 4.0 * 1.633 * D, (64, 32)
     material = plain(4.0 * math.pi * D / scale_length)
-    profile = slab(200.0 * D, scale_length=scale_length).edge(material, engines.CYCLES, 256, size, view)[0]
+    profile = slab_light.edge(slab(200.0 * D, scale_length=scale_length), material, engines.CYCLES, 256, size, view)[0]
     # 8200 paths in a column, 5 or 6 columns at either side of each crossing: 1.3 % of the width
     assert edge_width(profile, view / size[0]) == pytest.approx(1.633036 * D, rel=0.04)
 

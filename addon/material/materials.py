@@ -5,7 +5,6 @@ from collections.abc import Mapping
 
 import bpy
 
-from ..blender.osl import compile_osl
 from ..nodes import SUBSURFACE, Group
 from ..nodes.graph import key_and_version
 
@@ -20,18 +19,6 @@ def create(name: str, group: Group, **inputs: Setting) -> bpy.types.Material:
     material = _blank(name)
     show(material, add_group(material.node_tree, group), inputs)
     set_thickness(material)
-    return material
-
-
-def create_osl(name: str, stem: str, **inputs: Setting) -> bpy.types.Material:
-    """Return a new material whose surface is the OSL shader shaders/STEM.osl, for Cycles scenes with Open Shading Language on.
-
-    Raises RuntimeError with the compiler's messages where it does not compile.
-    """
-    material = _blank(name)
-    node = material.node_tree.nodes.new("ShaderNodeScript")
-    compile_osl(node, stem)
-    show(material, node, inputs)
     return material
 
 

@@ -6,7 +6,7 @@ from array import array
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from ..models import Lambert, Model
+from ..models import Model
 from ..models.color import LUMINANCE
 from ..models.vector import Vector, dot, normalize
 
@@ -85,12 +85,6 @@ def analytic(surface: GBuffer, models: Sequence[Model], camera: Vector, light: L
     return [Analytic(pixels, radiance) for radiance in radiances]
 
 
-def distances(surface: GBuffer, camera: Vector) -> array[float]:
-    """Return the distance [m] of every pixel's surface from the point `camera`; undefined where there is no surface."""
-    p = surface.position
-    return array("f", (math.dist(camera, p[i : i + 3]) for i in range(0, len(p), 3)))
-
-
 def luminance(rgb: array[float], i: int) -> float:
     """Return the luminance of the pixel whose red is at index `i` of `rgb`."""
     return LUMINANCE[0] * rgb[i] + LUMINANCE[1] * rgb[i + 1] + LUMINANCE[2] * rgb[i + 2]
@@ -137,13 +131,3 @@ def difference(rendered: array[float], reference: array[float], pixels: Iterable
             squares += (rendered[i] - reference[i]) ** 2
             total += reference[i] ** 2
     return math.sqrt(squares / total) if total > 0.0 else math.nan
-
-
-def signed_difference(rendered: array[float], expected: Analytic, surface: GBuffer, light: Light) -> dict[int, float]:
-    """Return, by pixel, the error of luminance divided by the luminance of Lambert with the pixel's albedo at normal incidence."""
-    white = Lambert().radiance((0.0, 0.0, 1.0), (0.0, 0.0, 1.0), (0.0, 0.0, 1.0), 1.0) * light.irradiance
-    difference = {}
-    for k, pixel in enumerate(expected.pixels):
-        error = luminance(rendered, 3 * pixel) - luminance(expected.radiance, 3 * k)
-        difference[pixel] = error / (white * max(luminance(surface.albedo, 3 * pixel), 1e-6))
-    return difference

@@ -4,9 +4,8 @@
 import os
 import platform
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import bpy
 
@@ -31,15 +30,3 @@ def environment(used: Sequence[Engine]) -> dict[str, object]:
         "python": platform.python_version(),
         "devices": {engine.key: engines.device(engine) for engine in used},
     }
-
-
-def merged(environments: Sequence[Mapping[str, Any]]) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Return the first of `environments` with the devices of all, and a list of all different ones; empty where all agree."""
-    devices: dict[str, str] = {}
-    machines: list[dict[str, Any]] = []
-    for environment in environments:
-        devices |= environment["devices"]
-        machine = {name: value for name, value in environment.items() if name != "devices"}
-        if machine not in machines:
-            machines.append(machine)
-    return machines[0] | {"devices": devices}, machines if len(machines) > 1 else []

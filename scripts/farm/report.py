@@ -16,14 +16,14 @@ from typing import Any
 import bpy
 
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, ENGINES, Engine
-from true_diffuse.addon.probe.environment import environment, merged
+from true_diffuse.addon.probe.environment import environment
 from true_diffuse.scripts.cli.console import Progress, Show
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.farm.bundle import Step, character_range, one_of
 from true_diffuse.scripts.farm.results import Results
 from true_diffuse.scripts.farm.tasks import chosen
 from true_diffuse.scripts.studies.comparison.base import one_line
-from true_diffuse.scripts.studies.comparison.outcomes import Rendered, Spec
+from true_diffuse.scripts.studies.comparison.outcomes import Rendered, Spec, merged
 from true_diffuse.scripts.studies.work_precision import document, run
 from true_diffuse.scripts.studies.work_precision.journal import Notes
 from true_diffuse.scripts.studies.work_precision.run import HARD_INPUTS, TARGETS

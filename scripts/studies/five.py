@@ -15,6 +15,7 @@ from true_diffuse.addon.closures.quality import CHOSEN_LIGHTS
 from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.measure.record import Progress, Record, known
 from true_diffuse.addon.models import Lambert, OrenNayar
+from true_diffuse.addon.models.vector import Vector
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, chosen_lights
 from true_diffuse.scenes.five_characters import Character, CharacterLook, FiveCharacters
 from true_diffuse.scripts.studies import pictures
@@ -64,7 +65,7 @@ def references(stage: FiveCharacters, progress: Progress) -> list[Reference]:
             if len(surface.measurable) != region.width * region.height:
                 raise RuntimeError(f"the render of {character.look.label} does not have the size of its region")
             expected, lambert = error.analytic(surface, (character.look.model, Lambert()), camera, light)
-            result.append(Reference(character, region, surface, error.distances(surface, camera), expected, lambert))
+            result.append(Reference(character, region, surface, distances(surface, camera), expected, lambert))
     return result
 
 
@@ -81,7 +82,7 @@ def measure(
         ):
             seconds, rgb = render.radiance(scene, engine, samples)
             errors = error.errors(rgb, reference.expected, reference.lambert)
-            difference = error.signed_difference(rgb, reference.expected, reference.surface, light)
+            difference = signed_difference(rgb, reference.expected, reference.surface, light)
             osl = engine is CYCLES and stage.scene.cycles.shading_system
             measurements.append(Measurement(reference, engine, samples, seconds, errors, difference, rgb, osl))
     return measurements
@@ -288,3 +289,21 @@ def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, .
         )
         for item in records
     ]
+
+
+def distances(surface: error.GBuffer, camera: Vector) -> array[float]:
+    """Return the distance [m] of every pixel's surface from the point `camera`; undefined where there is no surface."""
+    p = surface.position
+    return array("f", (math.dist(camera, p[i : i + 3]) for i in range(0, len(p), 3)))
+
+
+def signed_difference(
+    rendered: array[float], expected: error.Analytic, surface: error.GBuffer, light: error.Light
+) -> dict[int, float]:
+    """Return, by pixel, the error of luminance divided by the luminance of Lambert with the pixel's albedo at normal incidence."""
+    white = Lambert().radiance((0.0, 0.0, 1.0), (0.0, 0.0, 1.0), (0.0, 0.0, 1.0), 1.0) * light.irradiance
+    difference = {}
+    for k, pixel in enumerate(expected.pixels):
+        excess = error.luminance(rendered, 3 * pixel) - error.luminance(expected.radiance, 3 * k)
+        difference[pixel] = excess / (white * max(error.luminance(surface.albedo, 3 * pixel), 1e-6))
+    return difference

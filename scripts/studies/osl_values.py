@@ -15,8 +15,10 @@ import bpy
 from mathutils import Vector as BlenderVector
 
 from true_diffuse.addon.blender import engines
+from true_diffuse.addon.blender.osl import compile_osl
 from true_diffuse.addon.closures.lobe_error import VIEWS
 from true_diffuse.addon.material import materials
+from true_diffuse.addon.material.materials import Setting
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.models import MODELS, Model
 from true_diffuse.addon.models.quadrature import gauss_legendre
@@ -118,7 +120,7 @@ def _material(correction: bool) -> bpy.types.Material:
 
     Where the mesh is not turned as N is, Cycles' `correction` would shadow what N faces.
     """
-    material = materials.create_osl("OSL Measurement", "rough_diffuse")
+    material = create_osl("OSL Measurement", "rough_diffuse")
     material.cycles.use_bump_map_correction = correction
     tree = material.node_tree
     script = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeScript")
@@ -230,3 +232,16 @@ def lobe_errors(cases: Sequence[Shown]) -> list[float]:
         squares[index, view][1] += share * expected * expected
     ratios = {key: math.sqrt(error / whole) for key, (error, whole) in squares.items()}
     return [sum(ratios[index, view] for view in VIEWS) / len(VIEWS) for index in range(len(cases))]
+
+
+def create_osl(name: str, stem: str, **inputs: Setting) -> bpy.types.Material:
+    """Return a new material whose surface is the OSL shader shaders/STEM.osl, for Cycles scenes with Open Shading Language on.
+
+    Raises RuntimeError with the compiler's messages where it does not compile.
+    """
+    material = bpy.data.materials.new(name)
+    material.node_tree.nodes.clear()
+    node = material.node_tree.nodes.new("ShaderNodeScript")
+    compile_osl(node, stem)
+    materials.show(material, node, inputs)
+    return material

@@ -20,8 +20,9 @@ from true_diffuse.addon.measure.record import Record, known
 from true_diffuse.addon.models import MODELS, Lambert, Model, ReflectanceModel, Specular
 from true_diffuse.addon.models.registry import IOR
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group, chosen_lights
-from true_diffuse.scenes.sphere import COLOR, SphereUnderSun, sky, three_lights
-from true_diffuse.scripts.studies import osl_values
+from true_diffuse.scenes.sphere import COLOR, SphereUnderSun
+from true_diffuse.scripts.studies import lit_sphere, osl_values
+from true_diffuse.scripts.studies.lit_sphere import sky, three_lights
 from true_diffuse.scripts.studies.study import Step, Table, percent, pivot, text
 
 SIGMAS = (0.2, 0.33, 1.0)
@@ -213,7 +214,7 @@ def between_engines(sphere: SphereUnderSun) -> list[Step]:
     def measure(measured: MeasuredModel, quality: str, sigma: float) -> Iterator[Record]:
         material = measured.material(quality, Color=COLOR, Roughness=sigma)
         for light, (used, background) in lit_by.items():
-            seconds, difference = sphere.between_engines(material, used, background, ENGINES_SAMPLES)
+            seconds, difference = lit_sphere.between_engines(sphere, material, used, background, ENGINES_SAMPLES)
             yield {
                 "quality": quality,
                 "model": measured.name,

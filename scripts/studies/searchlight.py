@@ -18,6 +18,7 @@ from true_diffuse.addon.models.dipole import StandardDipole
 from true_diffuse.addon.models.medium import Channel
 from true_diffuse.addon.models.quadrature import integrate
 from true_diffuse.scenes.slab import slab
+from true_diffuse.scripts.studies import slab_light
 from true_diffuse.scripts.studies.study import Step, Table, text
 from true_diffuse.scripts.studies.subsurface import HALF_SPACE, METHODS, Method, material
 
@@ -66,9 +67,9 @@ def _fractions(method: Method, samples: int) -> list[float | None]:
     shown, body = material(method, (ALBEDO,) * 3, (path,) * 3), slab(HALF_SPACE * path)
     radii = [path * r for r in RADII[first:]]
     if method.engine is EEVEE:
-        rings = body.around_spot(shown, method.engine, samples, SCREEN_SIZE, SCREEN_VIEW * path, radii)
+        rings = slab_light.around_spot(body, shown, method.engine, samples, SCREEN_SIZE, SCREEN_VIEW * path, radii)
     else:
-        rings = body.rings(shown, method.engine, samples, radii)
+        rings = slab_light.rings(body, shown, method.engine, samples, radii)
     return [None] * first + [fmean(channels) for channels in zip(*rings, strict=True)]
 
 

@@ -23,6 +23,7 @@ from true_diffuse.addon.models.medium import MEDIA, Medium
 from true_diffuse.addon.nodes import SUBSURFACE
 from true_diffuse.scenes.elements import uniform_world
 from true_diffuse.scenes.slab import Mean, slab
+from true_diffuse.scripts.studies import slab_light
 from true_diffuse.scripts.studies.edge_profile import edge_width
 from true_diffuse.scripts.studies.study import Step, Table, pivot, text
 
@@ -124,7 +125,7 @@ def profile(used: Sequence[Engine], quick: bool) -> list[Step]:
 
     def measure() -> Iterator[Record]:
         shown = material(BURLEY, (PROFILE_ALBEDO,) * 3, (1.0,) * 3)
-        shares, *_ = slab(HALF_SPACE).rings(shown, CYCLES, RING_SAMPLES // 4 if quick else RING_SAMPLES, RADII)
+        shares, *_ = slab_light.rings(slab(HALF_SPACE), shown, CYCLES, RING_SAMPLES // 4 if quick else RING_SAMPLES, RADII)
         exact = Burley(subsurface_fit.edge_width(PROFILE_ALBEDO) / EDGE_WIDTH_25_75)
         case, errors = f"albedo {PROFILE_ALBEDO:g}", []
         for (inner, outer), got in zip(pairwise(RADII), shares, strict=True):
@@ -194,7 +195,7 @@ def width(method: Method, albedo: float, path: float, scale_length: float = 1.0)
     else:
         view, size, samples = EDGE_VIEW * expected, EDGE_SIZE, EDGE_SAMPLES[albedo]
     body = slab(max(HALF_SPACE * path, 1.5 * view), scale_length=scale_length)
-    profile = body.edge(material(method, (albedo,) * 3, (path,) * 3), method.engine, samples, size, view)[0]
+    profile = slab_light.edge(body, material(method, (albedo,) * 3, (path,) * 3), method.engine, samples, size, view)[0]
     return edge_width(profile, view / size[0])
 
 
@@ -299,7 +300,7 @@ def extreme(used: Sequence[Engine], quick: bool) -> list[Step]:
 
     def measure(method: Method, case: str, color: Sequence[float], path: Sequence[float], scale_length: float) -> Iterator[Record]:
         body, samples = slab(EXTREME_CELL, scale_length=scale_length), _samples(method, EXTREME_SAMPLES)
-        profiles = body.edge(material(method, color, path), method.engine, samples, EXTREME_SIZE, EXTREME_VIEW)
+        profiles = slab_light.edge(body, material(method, color, path), method.engine, samples, EXTREME_SIZE, EXTREME_VIEW)
         values = [value for profile in profiles for value in profile]
         least, greatest = (min(values), max(values)) if all(map(math.isfinite, values)) else (math.nan, math.nan)
         yield {**_record(case, method, "least", 0.0, least), "error": max(0.0, -least)}

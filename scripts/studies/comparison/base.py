@@ -18,10 +18,10 @@ from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.engines import ENGINES, REALTIME, Engine
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.optimize.materials import OptimizedNode, optimize_materials, restore_materials
-from true_diffuse.addon.probe.environment import environment, merged
+from true_diffuse.addon.probe.environment import environment
 from true_diffuse.scripts.characters.character import CharacterError
 from true_diffuse.scripts.studies import pictures
-from true_diffuse.scripts.studies.comparison.outcomes import Outcomes, Rendered, Spec, WorkError
+from true_diffuse.scripts.studies.comparison.outcomes import Outcomes, Rendered, Spec, WorkError, merged
 
 PICTURE, ERROR_MAP = "picture", "error_map"  # beside the looks' names
 PICTURE_SUFFIXES = ("png", "exr")

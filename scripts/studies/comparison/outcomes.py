@@ -2,7 +2,7 @@
 """What work items came to, kept in memory; `farm.results` keeps them on disk. No bpy."""
 
 from collections.abc import Mapping, Sequence
-from typing import Self
+from typing import Any, Self
 
 from true_diffuse.addon.measure.record import Record
 
@@ -48,3 +48,15 @@ class Outcomes:
     def read(self, name: str, suffix: str) -> bytes:
         """Return what a file of an item holds."""
         return self._kept[name][1][suffix]
+
+
+def merged(environments: Sequence[Mapping[str, Any]]) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Return the first of `environments` with the devices of all, and a list of all different ones; empty where all agree."""
+    devices: dict[str, str] = {}
+    machines: list[dict[str, Any]] = []
+    for environment in environments:
+        devices |= environment["devices"]
+        machine = {name: value for name, value in environment.items() if name != "devices"}
+        if machine not in machines:
+            machines.append(machine)
+    return machines[0] | {"devices": devices}, machines if len(machines) > 1 else []
