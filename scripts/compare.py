@@ -76,7 +76,7 @@ def parse(arguments: list[str]) -> Namespace:
     text = f"per pixel ({defaults(lambda scene: ', '.join(f'{key} {count}' for key, count in scene.samples.items()))})"
     add("--samples", type=inputs.sample_count, metavar="N", help=text)
     text = 'five: instead of --samples: the error to stay below, as "2%%" or 2; the fastest quality and samples are picked for it'
-    add("--error", type=_tolerance, metavar="PERCENT", help=text)
+    add("--error", type=inputs.percentage, metavar="PERCENT", help=text)
     text = f"report of scripts/report.py on this machine to pick from (default: {REPORT})"
     add("--report", type=Path, default=REPORT, metavar="FILE", help=text)
     text = "human, monkey, or a .blend, .usd, .usda, .usdc, .usdz, .glb, .gltf or .obj file (default: human); "
@@ -134,15 +134,6 @@ def _sigmas(text: str) -> tuple[float, ...]:
     if len(values) > 8:
         raise ArgumentTypeError(f"at most 8 sigmas fit in the picture, not {len(values)}")
     return values
-
-
-def _tolerance(text: str) -> float:
-    from true_diffuse.addon.probe.tolerance import parse_percent
-
-    try:
-        return parse_percent(text)
-    except ValueError:
-        raise ArgumentTypeError(f"{text!r} is not a percentage above 0 and up to 100") from None
 
 
 def compare(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:

@@ -23,8 +23,8 @@ from true_diffuse.addon.models import (
     Wolff,
     directional_albedo,
 )
-from true_diffuse.addon.models.oren_nayar import as_printed
 from true_diffuse.addon.models.vector import Vector, add, from_polar, normalize, scale
+from true_diffuse.scripts.studies.as_printed import as_printed
 from true_diffuse.scripts.studies.wolff_oren_nayar import WolffOrenNayar
 
 type Make = Callable[[float], Model]

@@ -25,9 +25,10 @@ from true_diffuse.addon.models import (
     average_albedo,
     directional_albedo,
 )
-from true_diffuse.addon.models.oren_nayar import as_printed, coefficients
+from true_diffuse.addon.models.oren_nayar import coefficients
 from true_diffuse.addon.models.quadrature import gauss_legendre
 from true_diffuse.addon.models.vector import from_polar
+from true_diffuse.scripts.studies.as_printed import as_printed
 from true_diffuse.scripts.studies.wolff_oren_nayar import WolffOrenNayar
 
 mpmath.mp.dps = 50

@@ -4,6 +4,7 @@
 import json
 import math
 import subprocess
+from argparse import ArgumentTypeError
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,8 @@ import pytest
 
 from support import run_script
 from true_diffuse.addon.probe.environment import environment
-from true_diffuse.addon.probe.tolerance import ToleranceError, choose, describe, parse_percent, read_report
+from true_diffuse.addon.probe.tolerance import ToleranceError, choose, describe, read_report
+from true_diffuse.scripts.cli.inputs import percentage
 
 HERE = {"machine": {"cores": 2}, "blender": "5.2.3"}
 
@@ -159,13 +161,13 @@ def test_unusable_report_raises(text: str | None, environment: dict[str, Any], m
 
 @pytest.mark.parametrize("text", ["2%", "2 %", " 2", "2.0"])
 def test_percent_is_read_with_and_without_its_sign(text: str) -> None:
-    assert parse_percent(text) == 0.02
+    assert percentage(text) == 0.02
 
 
 @pytest.mark.parametrize("text", ["0", "-1 %", "101", "nan", "two", "", "%"])
 def test_percent_is_a_number_above_0(text: str) -> None:
-    with pytest.raises(ValueError):
-        parse_percent(text)
+    with pytest.raises(ArgumentTypeError):
+        percentage(text)
 
 
 def compare(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:

@@ -6,11 +6,10 @@
 
 This is the qualitative model of M. Oren and S. Nayar, "Generalization of Lambert's Reflectance Model" (SIGGRAPH 1994), equation
 (30), with the angles replaced by cosines: sin(alpha) tan(beta) cos(phi) = s / max(N.L, N.E). The paper prints MAX(1, .) for the
-minimum and two square roots that cancel; `as_printed` keeps that form to show why it is not used.
+minimum and two square roots that cancel; scripts/studies/as_printed.py keeps that form to show why it is not used.
 """
 
 import math
-import sys
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -19,7 +18,7 @@ from .geometry import Geometry, clamp
 from .protocol import Formula
 from .registry import SIGMA, MaterialX, Osl, ReflectanceModel
 from .terms import Expansion, Light, LightFunction, Number, SingleLightTerms
-from .vector import Vector, dot, normalize
+from .vector import Vector
 
 
 def coefficients(sigma: float) -> tuple[float, float]:
@@ -68,22 +67,6 @@ class OrenNayar(Formula):
     def constants(self) -> tuple[float, ...]:
         """A and B."""
         return self.a, self.b
-
-
-def as_printed(n: Vector, l: Vector, v: Vector, albedo: float, sigma: float) -> float:
-    """Return the radiance of equation (1) with MAX(1, (N.L)/(N.E)), as the paper prints it. Never use it to shade.
-
-    It grows without bound towards the silhouette (N.E -> 0) and glows at the terminator (N.L = 0). Units as in
-    `OrenNayar.radiance`; the printed square roots cancel and are left out, else it would be 0/0 at N.L = N.E = 1.
-    """
-    n, l, v = normalize(n), normalize(l), normalize(v)
-    n_dot_l, n_dot_e = dot(n, l), dot(n, v)
-    if n_dot_l < 0.0 or n_dot_e <= 0.0:
-        return 0.0
-    a, b = coefficients(sigma)
-    s = dot(v, l) - n_dot_e * n_dot_l
-    ramp = min(max(1.0, n_dot_l / n_dot_e), sys.float_info.max)
-    return clamp(albedo, 0.0, 1.0) / math.pi * (a * n_dot_l + b * max(0.0, s) * ramp)
 
 
 def ramp(l: Vector, mu: float) -> float:

@@ -115,14 +115,6 @@ def percent(fraction: float) -> str:
     return f"{100.0 * fraction:.2g} %"
 
 
-def parse_percent(text: str) -> float:
-    """Return the fraction for "2%", "2 %" or "2"; raises ValueError where the text is not a number above 0 and up to 100 %."""
-    value = float(text.strip().removesuffix("%"))
-    if not 0.0 < value <= 100.0:
-        raise ValueError(f"{text!r} is not above 0 and up to 100 %")
-    return value / 100.0
-
-
 def _exact(report: Mapping[str, Any], curve: Curve) -> Curve:
     """Return the curve of the same variant in the scene EXACT; `curve` itself where there is none."""
     same = (other for other in report["curves"] if all(other[key] == curve[key] for key in VARIANT))

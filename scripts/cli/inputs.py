@@ -2,6 +2,7 @@
 """Types of options: numbers, frames as ranges, and characters with patterns of files. No bpy."""
 
 import glob
+import math
 import os
 import re
 from argparse import ArgumentTypeError
@@ -115,3 +116,14 @@ def checked_characters(given: Sequence[str]) -> dict[str, str]:
 
 def _full(path: Path) -> str:
     return os.path.normpath(path.absolute())
+
+
+def percentage(text: str) -> float:
+    """The type of an option that takes "2%", "2 %" or "2": the fraction, above 0 and up to 1."""
+    try:
+        value = float(text.strip().removesuffix("%"))
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value <= 100.0:
+        raise ArgumentTypeError(f"{text!r} is not a percentage above 0 and up to 100")
+    return value / 100.0

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator, Sequence
 
 from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.models import OrenNayar, directional_albedo
-from true_diffuse.addon.models.oren_nayar import as_printed
 from true_diffuse.addon.models.vector import Vector, dot
 from true_diffuse.scripts.studies import stability_subsurface
+from true_diffuse.scripts.studies.as_printed import as_printed
 from true_diffuse.scripts.studies.study import number_or_name
 
 UP: Vector = (0.0, 0.0, 1.0)
