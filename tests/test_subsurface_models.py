@@ -30,15 +30,13 @@ from true_diffuse.addon.models.half_space import (
     log_h,
     plane_albedo,
     single_plane_albedo,
-    single_scattering_albedo,
     single_scattering_albedo_fit,
-    van_de_hulst,
-    van_de_hulst_inverse,
 )
 from true_diffuse.addon.models.medium import MEDIA, Channel
 from true_diffuse.addon.models.quadrature import integrate
 from true_diffuse.addon.models.skin import TONES, Skin
 from true_diffuse.scripts.studies.dipoles import BetterDipole, standard_inverse
+from true_diffuse.scripts.studies.half_space_inverses import single_scattering_albedo, van_de_hulst, van_de_hulst_inverse
 from true_diffuse.scripts.studies.random_walk import exits
 from true_diffuse.scripts.studies.stability_subsurface import records
 

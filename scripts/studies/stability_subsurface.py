@@ -17,6 +17,7 @@ from true_diffuse.addon.models.dipole import StandardDipole, standard_a
 from true_diffuse.addon.models.fresnel import passing
 from true_diffuse.addon.models.medium import LONGEST, SHORTEST, Channel
 from true_diffuse.addon.models.quadrature import integrate
+from true_diffuse.scripts.studies import half_space_inverses
 from true_diffuse.scripts.studies.dipoles import BetterDipole, standard_inverse
 from true_diffuse.scripts.studies.study import Table, number_or_name
 
@@ -251,7 +252,7 @@ def _albedo() -> Iterator[Record]:
         return math.exp(-logarithms / math.pi)
 
     for color in (0.0, 1e-6, 1e-3, 0.5, 0.999999, 1.0):
-        got, expected = half_space.van_de_hulst_inverse(color), exact(exact_inverse, color)
+        got, expected = half_space_inverses.van_de_hulst_inverse(color), exact(exact_inverse, color)
         yield _record("van de Hulst alpha", f"color {color:g}", got, expected, rounded_inverse, color)
     yield _record("Chandrasekhar H(1)", "alpha 1", math.exp(half_space.log_h(1.0, 1.0)), H_CONSERVATIVE, h, 1.0)
     # limits: single scattering, next to which double scattering is 1e-6; and 1 - (4 / sqrt(3)) sqrt(1 - alpha)
