@@ -13,7 +13,7 @@ ORDER = 16  # points in each of the four panels; against 32 the errors change by
 
 
 def lobe_error(approximate: Model, exact: Model, order: int = ORDER) -> float:
-    """Return the mean over VIEWS of the relative RMS over the hemisphere of L (uniform in solid angle): a share of 1."""
+    """Return the mean over VIEWS of the relative RMS over the hemisphere of L (uniform in solid angle): a fraction of 1."""
     return sum(_relative_rms(approximate, exact, math.cos(math.radians(view)), order) for view in VIEWS) / len(VIEWS)
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The rough models made of the closures that the engines offer: what the node group renders, since no node sees the light.
 
-`models/terms.py` makes every model a share of Lambert's z and of functions of the light that know no roughness: equation (1) is
+`models/terms.py` makes every model a weighted sum of z and of functions of the light that know no roughness: equation (1) is
 A z + B T, T = max(0, s) min(1, z / mu). Four sets of lobes make the functions of closures, each a sum of lobes
 c(mu) max(0, d.L) around directions d that move with mu; `lobe_table.json` has the numbers, `scripts/fit/lobes.py` finds them.
 
@@ -71,5 +71,5 @@ class Rendered:
 
 
 def floor(model: ReflectanceModel, functions: Mapping[str, float], mu: float) -> float:
-    """Return the share of the base around N that the signed lobes carry with them, so that their sum is nowhere negative."""
+    """Return the fraction of the base around N that the signed lobes carry with them, so that their sum is nowhere negative."""
     return math.sqrt(1.0 - mu * mu) * sum(functions[function.name] for function in model.functions if function.is_signed)

@@ -2,7 +2,7 @@
 """Inputs of the engines' Subsurface closures with which one medium looks alike in all of them.
 
 The medium is a half-space of isotropic scattering with mean free path l = 1 / sigma_t' and an index-matched boundary. Seen along
-the normal (light's way turned round: a beam from mu = MU) it reflects the share `color`, and the edge of a shadow on it is
+the normal (light's way turned round: a beam from mu = MU) it reflects the fraction `color`, and the edge of a shadow on it is
 `edge_width(color)` l wide. The engines take other numbers for that:
 
 - Cycles, Random Walk: enters along the refracted view direction and walks, then scatters as Lambert where it comes out. At the
@@ -46,7 +46,7 @@ SKIN_SHRINKING = (1.9349, -3.7188, 1.8027, 5.4531, -5.6936)  # three above, two 
 SKIN_LOST = 0.75  # of what Random Walk loses: as much as keeps white at 1
 SCREEN = 1.05  # as measured on edges of 10 cm
 HALF_STEP = 1.0 / 1023.0  # Blender's units, of radii up to 1
-LONGER = (1.0, 4.0, 12.0)  # in the share of the color that is lost
+LONGER = (1.0, 4.0, 12.0)  # in the fraction of the color that is lost
 
 
 class ClosureInputs(NamedTuple):
@@ -76,7 +76,7 @@ def darkened(color: Number, ops: Arithmetic = FLOATS) -> Number:
 
 
 def lost(s: Number, ops: Arithmetic = FLOATS) -> Number:
-    """Return the share of light that a walk would bring back after its last step, for alpha = 1 - s^2.
+    """Return the fraction of light that a walk would bring back after its last step, for alpha = 1 - s^2.
 
     H / sqrt(pi n) [e^(-t^2) - sqrt(pi) t erfc(t)], t = s sqrt(n): the tail of the orders n^(-3/2) that H s begins. The bracket is
     e^(-t^2) / (1 + sqrt(pi) t + 1.3 t^2) to 0.003.

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from .geometry import clamp, geometry
 from .vector import Vector, add, dot, normalize
 
-BELOW = 0.87, 0.42  # of the share of the highlight that is below the surface: scripts/fit/albedo.py
+BELOW = 0.87, 0.42  # of the fraction of the highlight that is below the surface: scripts/fit/albedo.py
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ P. Christensen and B. Burley, "Approximate Reflectance Profiles for Efficient Su
 
 R [mm^-2] integrates to 1 over the plane; multiply by the surface's albedo A. The length l and its s(A) come in three kinds,
 equations (5), (6) and (8): for the same number in mm the third is up to 8 times narrower than the others. With l and light of its
-own kind the share within r is that of index-matched random walks to 0.03, at single-scattering albedos from 0.5 to 0.99.
+own kind the fraction within r is that of index-matched random walks to 0.03, at single-scattering albedos from 0.5 to 0.99.
 """
 
 import math
@@ -19,7 +19,7 @@ from .medium import LONGEST, SHORTEST
 EDGE_WIDTH_25_75, EDGE_WIDTH_10_90 = (
     1.633035806,
     5.070191694,
-)  # in d: between these shares of the light across the edge of a lit half-plane
+)  # in d: between these fractions of the light across the edge of a lit half-plane
 DIFFUSE_MAP = (1.9, 3.5, 0.8)  # s(A) = 1.9 - A + 3.5 (A - 0.8)^2
 STEP = 0.125
 
@@ -57,7 +57,7 @@ class Burley:
         return 0.25 * (math.exp(-x) + math.exp(-x / 3.0)) / self.d
 
     def cdf(self, r: float) -> float:
-        """Return the share that comes out nearer than `r` [mm], 1 - e^(-x) / 4 - (3/4) e^(-x/3) with x = r / d."""
+        """Return the fraction that comes out nearer than `r` [mm], 1 - e^(-x) / 4 - (3/4) e^(-x/3) with x = r / d."""
         x = clamp(r, 0.0, math.inf) / self.d
         return -0.25 * math.expm1(-x) - 0.75 * math.expm1(-x / 3.0)
 

@@ -28,7 +28,7 @@ LN_2 = math.log(2.0)
 
 
 def diffusion_root(albedo: float) -> float:
-    """Return k in [0, 1] with k = alpha artanh(k), the decay of the diffuse light with depth as a share of sigma_t."""
+    """Return k in [0, 1] with k = alpha artanh(k), the decay of the diffuse light with depth as a fraction of sigma_t."""
     low, high = 0.0, 1.0
     for _ in range(60):
         k = 0.5 * (low + high)
@@ -61,7 +61,7 @@ def log_h(mu: float, albedo: float) -> float:
 
 
 def plane_albedo(albedo: float, mu: float) -> float:
-    """Return the share reflected of a beam from the cosine `mu`; in [0, 1]."""
+    """Return the fraction reflected of a beam from the cosine `mu`; in [0, 1]."""
     albedo = clamp(albedo, 0.0, 1.0)
     if albedo in (0.0, 1.0):
         return albedo
@@ -69,7 +69,7 @@ def plane_albedo(albedo: float, mu: float) -> float:
 
 
 def diffuse_albedo(albedo: float) -> float:
-    """Return the share reflected of light from everywhere alike; in [0, 1], to about 1e-10 of it. About 1 ms."""
+    """Return the fraction reflected of light from everywhere alike; in [0, 1], to about 1e-10 of it. About 1 ms."""
     albedo = clamp(albedo, 0.0, 1.0)
     if albedo in (0.0, 1.0):
         return albedo
@@ -122,7 +122,7 @@ def single_scattering_albedo_fit(reflectance: float) -> float:
 
 
 def single_plane_albedo(albedo: float, mu: float) -> float:
-    """Return the share of a beam from `mu` that is scattered exactly once and leaves: (alpha / 2)(1 - mu ln(1 + 1 / mu))."""
+    """Return the fraction of a beam from `mu` that is scattered exactly once and leaves: (alpha / 2)(1 - mu ln(1 + 1 / mu))."""
     mu = clamp(mu, 0.0, 1.0)
     kept = mu * (math.log1p(mu) - math.log(mu)) if mu > 0.0 else 0.0
     return 0.5 * clamp(albedo, 0.0, 1.0) * (1.0 - kept)

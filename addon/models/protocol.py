@@ -33,5 +33,5 @@ class Formula:
         raise NotImplementedError
 
     def average_albedo(self, albedo: float) -> float:
-        """Return the share reflected under uniform light from everywhere, for an `albedo` rho in [0, 1]."""
+        """Return the fraction reflected under uniform light from everywhere, for an `albedo` rho in [0, 1]."""
         raise NotImplementedError

@@ -38,9 +38,9 @@ def integrate(f: Callable[[float], float], breaks: Iterable[float], order: int) 
 
 
 def directional_albedo(model: Model, mu_o: float, albedo: float = 1.0, order: int = 32) -> float:
-    """Return E(mu_o), the share of light reflected: the hemispherical integral of f_r (N.L) over L, for a view at N.V = mu_o.
+    """Return E(mu_o), the fraction of light reflected: the hemispherical integral of f_r (N.L) over L, for a view at N.V = mu_o.
 
-    By reciprocity also the share of a beam from mu_o that is reflected anywhere. `mu_o` in (0, 1], else ValueError. The interval
+    By reciprocity also the fraction of a beam from mu_o that is reflected anywhere. `mu_o` in (0, 1], else ValueError. The interval
     is split where equation (1) has its creases (N.L = N.V and s = 0), so `order` = 32 gives about 1e-9 for the diffuse models.
     """
     if not 0.0 < mu_o <= 1.0:

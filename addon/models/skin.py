@@ -3,7 +3,7 @@
 
 Coefficients [1/cm, wavelength in nm]: S. L. Jacques, "Skin Optics" (Oregon Medical Laser Center News, January 1998):
 
-    melanosomes         mu_a = 6.6e11 nm^-3.33          their share of the epidermis: 1.3 to 6.3 % in light skin, 11 to 16 % in
+    melanosomes         mu_a = 6.6e11 nm^-3.33          their fraction of the epidermis: 1.3 to 6.3 % in light skin, 11 to 16 % in
                                                          moderately and 18 to 43 % in darkly pigmented skin; epidermis 60 um thick
     bloodless tissue    mu_a = 0.244 + 85.3 exp(-(nm - 154) / 66.2)
     blood               0.2 % of the dermis on average; mu_a = ln(10) e 150 / 64500, with 150 g/l of hemoglobin of 64500 g/mol
@@ -14,7 +14,7 @@ W. B. Gratzer and N. Kollias). Scattering: S. L. Jacques, "Optical properties of
 
 Dermis and epidermis as half-spaces reflect albedo.diffuse_albedo_fit of their albedo, R_d and R_e. The epidermis, of thickness X,
 lies on the dermis as a layer of P. Kubelka and F. Munk (1931), written without hyperbolic functions, under a surface that sends
-back the share F of the light inside, as J. L. Saunderson has it (JOSA 32, 1942):
+back the fraction F of the light inside, as J. L. Saunderson has it (JOSA 32, 1942):
 
     R = (1 - F) L / (1 - F L),   L = (R_e + D) / (1 + R_e D),   D = e^(-2 kappa X) (R_d - R_e) / (1 - R_d R_e)
     kappa = 2 mu_a (1 + R_e) / (1 - R_e)
@@ -101,7 +101,7 @@ def _mean(spectrum: list[float], weights: list[float]) -> float:
 
 @dataclass(frozen=True)
 class Skin:
-    """`melanosomes` is their share of the epidermis' volume, `blood` its share of the dermis; clamped to [0, 1], NaN to 0."""
+    """`melanosomes` is their fraction of the epidermis' volume, `blood` its fraction of the dermis; clamped to [0, 1], NaN to 0."""
 
     melanosomes: float
     blood: float = 0.002
@@ -122,7 +122,7 @@ class Skin:
         return Channel(tissue_scattering(nm), share * melanosome_absorption(nm) + (1.0 - share) * tissue_absorption(nm))
 
     def reflectance(self, nm: float, hemoglobin: tuple[float, float]) -> float:
-        """Return the share of the light that entered at the wavelength `nm` that comes out again, R above; in [0, 1]."""
+        """Return the fraction of the light that entered at the wavelength `nm` that comes out again, R above; in [0, 1]."""
         layer, inside = self.epidermis(nm), 1.0 - passing(ETA).flux
         below, thick = diffuse_albedo_fit(self.dermis(nm, hemoglobin).albedo), diffuse_albedo_fit(layer.albedo)
         kappa = 2.0 * layer.sigma_a * (1.0 + thick) / (1.0 - thick)
@@ -132,7 +132,7 @@ class Skin:
 
     @cached_property
     def albedo(self) -> Rgb:
-        """The color in linear sRGB: the share reflected per channel, of which white has 1, under light of equal energy."""
+        """The color in linear sRGB: the fraction reflected per channel, of which white has 1, under light of equal energy."""
         spectrum = [self.reflectance(nm, e) for nm, e in _hemoglobin()]
         r, g, b = (_mean(spectrum, [weights[k] for weights in SENSITIVITY]) for k in range(3))
         return r, g, b

@@ -2,7 +2,7 @@
 """Models over (rho / pi) E0, written once in arithmetic that plain floats and the sockets of node trees have in common.
 
 With x, y, z the components of L along V_t (the unit tangent towards the viewer), N x V_t and N, and mu = N.V, every model is a
-share of Lambert's z and of functions of the light that know neither roughness nor color:
+weighted sum of z and of functions of the light that know neither roughness nor color:
 
     L_r = (rho / pi) E0 [ facing z + sum of weight F(L, mu) ]
 
@@ -136,7 +136,7 @@ class SingleLightTerms(Terms):
         raise NotImplementedError
 
     def directional_albedo(self) -> Number:
-        """Return the share of light from everywhere that is reflected to the viewer, over rho; or nearly."""
+        """Return the fraction of light from everywhere that is reflected to the viewer, over rho; or nearly."""
         raise NotImplementedError
 
 

@@ -408,7 +408,7 @@ class Graph:
         return self.mix(is_given, self.geometry("Normal"), unit)
 
     def mix(self, factor: Operand, first: Operand, second: Operand) -> Value:
-        """Return the vector `first` at `factor` 0, `second` at 1, and between them a share of each."""
+        """Return the vector `first` at `factor` 0, `second` at 1, and between them a fraction of each."""
         choice = self.add("ShaderNodeMix", data_type="VECTOR", factor_mode="UNIFORM")
         inputs = (socket for socket in choice.inputs if socket.enabled)
         for value, socket in zip((factor, first, second), inputs, strict=True):
@@ -457,7 +457,7 @@ class Graph:
         return first
 
     def mix_shader(self, factor: Operand, first: Value | None, second: Value) -> Value:
-        """Return `first` (None: black) at `factor` 0, `second` at 1, and between them a share of each.
+        """Return `first` (None: black) at `factor` 0, `second` at 1, and between them a fraction of each.
 
         Where the factor is 0 or 1 everywhere, Cycles leaves the other one and all that feeds it out.
         """

@@ -137,7 +137,7 @@ def cycles_closures(surface: Surface, model: ReflectanceModel, expansion: Expans
     if away != 0.0:
         once = graph.group(SINGLE_SCATTERING, N=n, Color=color * (base + K1 * function), Roughness=function / base)["BSDF"]
         return graph.add_shader(once, graph.group(AWAY_LOBE, N=n, Tangent=surface.tangent, Away=color * away)["BSDF"])
-    # A roughness of 1 and the rest to Lambert: so each channel can have a share of its own.
+    # A roughness of 1 and the rest to Lambert: so each channel can have a fraction of its own.
     rough = graph.minimum(function, base)
     once = graph.group(SINGLE_SCATTERING, N=n, Color=color * rough * (1.0 + K1), Roughness=1.0)["BSDF"]
     return graph.add_shader(once, graph.diffuse(color * (base - rough), n))

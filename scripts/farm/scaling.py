@@ -166,7 +166,7 @@ def size(folder: Path) -> float:
 
 
 def farm(costs: dict[str, float], machines: int) -> dict[str, float]:
-    """Return what FARM_TASKS take on so many machines, on paper: seconds [s], shares of 1, and bytes moved.
+    """Return what FARM_TASKS take on so many machines, on paper: seconds [s], fractions of 1, and bytes moved.
 
     A machine does its share one after the other, each scene's tasks together; collect waits for all. `start_share` is what starting
     Blender and building scenes takes of a machine's time, `start_share_alone` were both done for every task.

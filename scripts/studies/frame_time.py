@@ -228,7 +228,7 @@ def compare(characters: Characters, setting: Setting, models: Mapping[str, GlslM
 def growth(what: str, found: Sequence[Record]) -> Iterator[Record]:
     """Yield for each model and clock of `found` the line that a frame's seconds follow: where it starts, and its slope by `what`.
 
-    Pixels and triangles are counted in millions. `off` is how far the farthest point is from the line, as a share of its own.
+    Pixels and triangles are counted in millions. `off` is how far the farthest point is from the line, as a fraction of its own.
     """
     for name, clock in dict.fromkeys((record["model"], record["clock"]) for record in found):
         points = [(_amount(what, one), one["seconds"]) for one in found if (one["model"], one["clock"]) == (name, clock)]
@@ -255,7 +255,7 @@ def table(found: Sequence[Record], clock: str, absolute: bool) -> Table:
 
 
 def growth_table(found: Sequence[Record], absolute: bool) -> Table:
-    """Return columns and rows: shares of the slowest frame timed, and the line in milliseconds if times are `absolute`."""
+    """Return columns and rows: fractions of the slowest frame timed, and the line in milliseconds if times are `absolute`."""
     rows: list[tuple[str, ...]] = []
     for record in found:
         if "grows_with" in record:

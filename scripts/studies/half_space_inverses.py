@@ -19,7 +19,7 @@ def single_scattering_albedo(reflectance: float) -> float:
 
 
 def van_de_hulst(albedo: float, g: float = 0.0) -> float:
-    """Return the share reflected of light from everywhere, by H. C. van de Hulst's fit; `g` mean cosine of scattering.
+    """Return the fraction reflected of light from everywhere, by H. C. van de Hulst's fit; `g` mean cosine of scattering.
 
     R = (1 - s)(1 - 0.139 s) / (1 + 1.17 s), s = sqrt((1 - alpha) / (1 - g alpha)); `g` is clamped to [-0.99, 0.99]. "Multiple Light
     Scattering" (1980), as E. d'Eon gives it in "A Hitchhiker's Guide to Multiple Scattering". 3 % too low where alpha is small.

@@ -213,7 +213,7 @@ def lobe_errors(cases: Sequence[Shown]) -> list[float]:
     rule = gauss_legendre(LOBE_SUNS)
     lamps = suns([from_polar(cosine, 0.0) for cosine, _ in rule])
     inputs: list[Inputs] = []
-    places = []  # case, view and share of the solid angle of each input
+    places = []  # case, view and fraction of the solid angle of each input
     for view in VIEWS:
         mu = math.cos(math.radians(view))
         for lamp, (cosine, weight) in zip(lamps, rule, strict=True):

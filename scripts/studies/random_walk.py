@@ -16,7 +16,7 @@ WHITEST = 0.9999  # a walk that loses less takes too long
 
 
 class Exit(NamedTuple):
-    """Where a share `weight` of a walk leaves: `x`, `y` from where it entered [mean free paths], after `order` scatterings."""
+    """Where a fraction `weight` of a walk leaves: `x`, `y` from where it entered [mean free paths], after `order` scatterings."""
 
     weight: float
     x: float

@@ -5,7 +5,7 @@ The unification that L. B. Wolff, S. K. Nayar and M. Oren propose in "Improved d
 (IJCV 30(1), 1998), put together from its two parts, as no text of that paper was at hand. Shaders that name it as their source
 multiply one term of the fitted 1994 model by Fresnel factors; that is not reciprocal, and even when made so it misses the integral
 below by 11 to 18 % RMS at n = 1.5 and sigma from 0.2 to 1. Light reflected once, with a the facet's normal, theta_a its angle from
-N, P its share of the surface and T(mu) = 1 - F at the cosine mu outside, as in wolff.py:
+N, P its fraction of the surface and T(mu) = 1 - F at the cosine mu outside, as in wolff.py:
 
     L_r = (rho / pi) E0 integral of P(theta_a) T(a.L) T(a.V) GAF (a.L)(a.V) / ((N.V)(N.a)) over a with a.L > 0, a.V > 0
     GAF = min[1, 2 (N.a)(N.L) / (a.L), 2 (N.a)(N.V) / (a.V)],   P proportional to exp(-theta_a^2 / (2 sigma^2))
@@ -28,7 +28,7 @@ AZIMUTHS = 32
 
 
 def facets(sigma: float) -> tuple[tuple[float, float, float, float], ...]:
-    """Return (x, y, z, weight) of facet normals around z, the weights their shares of the surface; `sigma` in radians, >= 0."""
+    """Return (x, y, z, weight) of facet normals around z, the weights their fractions of the surface; `sigma` in radians, >= 0."""
     end = min(6.0 * sigma, math.pi / 2)  # 1e-8 of the facets lie further out
     if end < sys.float_info.min:  # no tilt, or one too small to be divided by
         return ((0.0, 0.0, 1.0, 1.0),)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import fmean, stdev
 
-FLAT = 0.03  # errors of all sample counts within this share of each other show no noise
+FLAT = 0.03  # errors of all sample counts within this fraction of each other show no noise
 SLOPES = (0.05, 2.0)  # that are looked for
 FEWEST = 3  # sample counts that a slope can be fitted to
 STEPS = 80  # of the search, which makes its interval 2^-50 of what it was
@@ -19,7 +19,7 @@ GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 @dataclass(frozen=True)
 class Fit:
-    """error(n)^2 = floor^2 + (noise n^-slope)^2, as shares of 1; `slope` and `noise` are None where the errors show no noise."""
+    """error(n)^2 = floor^2 + (noise n^-slope)^2, as fractions of 1; `slope` and `noise` are None where the errors show no noise."""
 
     floor: float
     noise: float | None

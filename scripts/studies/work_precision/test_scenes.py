@@ -200,7 +200,7 @@ class Furnace(Sphere):
         """Nothing is chosen: the world is not a light."""
 
     def expected(self, measured: MeasuredModel) -> error.Analytic:
-        """Return the share of the world's light that a model reflects, at every measurable pixel."""
+        """Return the fraction of the world's light that a model reflects, at every measurable pixel."""
         surface, camera, model = (
             self.built.surface(),
             tuple(self.built.scene.camera.matrix_world.translation),
