@@ -243,7 +243,8 @@ def drag_an_asset() -> Steps:
 
 
 def portrait() -> Steps:
-    """Leave the picture of the README: a head, its node, the sidebar after Measure This Material."""
+    """Leave the picture of the manual: a head in EEVEE, its node, the sidebar after Measure This Material."""
+    bpy.context.scene.render.engine = "BLENDER_EEVEE"
     view, editor = sorted((place for place in window().screen.areas if place.type == "VIEW_3D"), key=lambda place: place.x)
     cube().hide_set(True)
     with within(view):
