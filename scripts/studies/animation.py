@@ -184,7 +184,7 @@ def steps(used: Sequence[Engine], samples: int, size: int) -> list[Step]:
         measured = flicker(quality, engine, samples, size)
         yield {
             "engine": engine.key,
-            "mode": None if engine is REALTIME else quality,
+            "quality": None if engine is REALTIME else quality,
             "samples": samples,
             "keyed_difference": keyed_difference(quality, engine, samples, size),
             "noise": measured.noise,
@@ -201,6 +201,6 @@ def table(records: Sequence[Record]) -> Table:
     columns = ("Engine", "Quality", "Samples", "Keyed from still", "Noise", "Flicker, still", "Flicker, moving")
     figures = ("keyed_difference", "noise", "flicker_still", "flicker_moving")
     return columns, [
-        (item["engine"], item["mode"] or "-", str(item["samples"]), *(f"{percent(item[figure], '.3g')} %" for figure in figures))
+        (item["engine"], item["quality"] or "-", str(item["samples"]), *(f"{percent(item[figure], '.3g')} %" for figure in figures))
         for item in records
     ]
