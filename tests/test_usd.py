@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""USD and glTF: our materials as Blender's exporters write them, read by other programs and imported again."""
+"""USD: our materials as Blender's exporters write them, read by other programs and imported again."""
 
 import json
 import math
@@ -18,7 +18,7 @@ import bpy
 import pytest
 
 from support import every_model
-from true_diffuse.addon import glTF2ExportUserExtension, models, usd
+from true_diffuse.addon import models, usd
 from true_diffuse.addon.blender import report
 from true_diffuse.addon.material import materials, presets
 from true_diffuse.addon.material.read import Names, group_node, identifier, plain, read
@@ -527,53 +527,6 @@ def test_older_groups_are_read_by_the_names_of_this_version() -> None:
     material = materials.create("Skin", old, **{"Mean Free Path": (1.5, 1.0, 0.5)})
     surface = read(*group_node(material), Names(str, str))
     assert surface.rgb("Subsurface Radius") == (1.5, 1.0, 0.5) and "Mean Free Path" not in surface.inputs
-
-
-def export_gltf(path: Path) -> dict:
-    """Return the JSON of a binary glTF file that Blender's exporter writes with the extension among its add-ons."""
-    addon = bpy.context.preferences.addons.new()
-    addon.module = "true_diffuse"
-    try:
-        assert sys.modules["true_diffuse"].glTF2ExportUserExtension is glTF2ExportUserExtension
-        bpy.ops.export_scene.gltf(filepath=str(path))
-    finally:
-        bpy.context.preferences.addons.remove(addon)
-    data = path.read_bytes()
-    return json.loads(data[20 : 20 + struct.unpack("<I", data[12:16])[0]])
-
-
-def test_gltf_reports_unsupported_links(tmp_path: Path) -> None:
-    material = rough("EON")
-    materials.paint(material, group_node(material)[0].inputs["Color"], "my color", 0.7)
-    link_image(material, "Roughness", picture(tmp_path / "sigma.png", "sigma"))
-    show(material)
-    export_gltf(tmp_path / "one.glb")
-    assert sorted(report.take()) == [
-        "True Diffuse: EON 0.4: Color: the color attribute my_color is not supported, the socket's own value is written",
-        "True Diffuse: EON 0.4: Roughness: the image sigma is not supported, the socket's own value is written",
-    ]
-
-
-def test_gltf_has_color_and_roughness(tmp_path: Path) -> None:
-    show(rough("Oren-Nayar"))
-    show(materials.create("Coated", SUBSURFACE, Color=COLOR))
-    show(materials.create("Shiny", SPECULAR_GROUP, Color=COLOR))
-    painted = rough("EON")
-    link_image(painted, "Color", picture(tmp_path / "in.png"))
-    show(painted)
-    bpy.data.materials.new("Other")
-    document = export_gltf(tmp_path / "all.glb")
-    seen = {material["name"]: material for material in document["materials"]}
-    base = seen["Oren-Nayar 0.4"]["pbrMetallicRoughness"]
-    expected = [average(models.OrenNayar(0.4), rho) for rho in COLOR[:3]]
-    assert base["baseColorFactor"] == pytest.approx([*expected, 1.0], rel=1e-4)
-    assert (base["metallicFactor"], base["roughnessFactor"]) == (0, 1)
-    assert seen["Oren-Nayar 0.4"]["extensions"]["KHR_materials_specular"] == {"specularFactor": 0}
-    assert seen["Coated"]["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx(COLOR)
-    assert seen["Coated"]["pbrMetallicRoughness"]["roughnessFactor"] == pytest.approx(0.4)
-    assert seen["Coated"]["extensions"]["KHR_materials_ior"]["ior"] == pytest.approx(1.4)
-    assert seen["Shiny"]["pbrMetallicRoughness"]["roughnessFactor"] == pytest.approx(0.5)
-    assert "baseColorTexture" in seen["EON 0.4"]["pbrMetallicRoughness"] and len(document["images"]) == 1
 
 
 @pytest.mark.render

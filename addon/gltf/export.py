@@ -57,7 +57,10 @@ def _fill(gltf_material: "Material", material: bpy.types.Material, settings: dic
         metallic_roughness_texture=None,
         roughness_factor=gloss.roughness,
     )
+    # The exporter follows links into groups, where it takes the closure of chosen lights for an emission of the artist's.
+    gltf_material.emissive_factor = gltf_material.emissive_texture = None
     gltf_material.extensions = dict(gltf_material.extensions or {})
+    gltf_material.extensions.pop("KHR_materials_emissive_strength", None)
     extensions = {"KHR_materials_specular": {"specularFactor": gloss.weight}}
     if gloss.weight > 0.0:
         extensions["KHR_materials_ior"] = {"ior": gloss.ior}
