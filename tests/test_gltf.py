@@ -20,12 +20,10 @@ from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 COLOR = (0.9, 0.5, 0.1, 1.0)
 
 
-pytestmark = pytest.mark.usefixtures("empty_file")
-
-
 @pytest.fixture(autouse=True)
 def hook() -> Iterator[None]:
-    """The extension among the add-ons that the exporter asks."""
+    """A file with nothing in it, and the extension among the add-ons that the exporter asks."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
     addon = bpy.context.preferences.addons.new()
     addon.module = "true_diffuse"
     assert sys.modules["true_diffuse"].glTF2ExportUserExtension is glTF2ExportUserExtension
