@@ -4,6 +4,7 @@
 import re
 import struct
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import bpy
@@ -11,7 +12,8 @@ import bpy
 from ..models.color import LUMINANCE
 from ..nodes import GROUPS, Group
 from ..nodes.graph import key_and_version
-from .surface import Attribute, Image, Rgb, Setting, Source, Surface, rgb
+from .links import Place
+from .surface import Attribute, GroupSurface, Image, Loss, Rgb, Setting, Source, Surface, rgb
 from .upgrade import current_name, current_value
 
 # By the Extension of an image node
@@ -47,7 +49,7 @@ def group_node(material: bpy.types.Material) -> tuple[bpy.types.Node, Group, int
     return None
 
 
-def read(node: bpy.types.Node, group: Group, version: int, names: Names) -> Surface:
+def read(node: bpy.types.Node, group: Group, version: int, names: Names) -> GroupSurface:
     """Return the surface that `node`, of a `version` of `group`, describes, with the names and entries of this version.
 
     Inputs that an older version lacks have their defaults.
@@ -64,7 +66,7 @@ def read(node: bpy.types.Node, group: Group, version: int, names: Names) -> Surf
         except UnsupportedInput as error:
             value, unreadable[name] = plain(socket.default_value), str(error)
         inputs[name] = current_value(name, value)
-    return Surface(group.key, inputs, version, linked, unreadable)
+    return GroupSurface(group.key, inputs, version, linked, unreadable)
 
 
 def linked_output(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
@@ -198,3 +200,24 @@ def identifier(name: str) -> str:
     """Return `name` as Blender's USD exporter writes it: an identifier of letters, digits and underscores."""
     name = re.sub(r"\W", "_", name)
     return f"_{name}" if not name or name[0].isdigit() else name
+
+
+@dataclass
+class Reading:
+    """A material read into a surface."""
+
+    surface: Surface
+    losses: list[Loss] = field(default_factory=list)
+    """What the surface does not hold."""
+    images: dict[str, bpy.types.Image] = field(default_factory=dict)
+    """The images that expressions name."""
+    places: dict[str, Place] = field(default_factory=dict)
+    """For each parameter that one input alone gives, that input."""
+
+
+def read_surface(material: bpy.types.Material, target: str = "ALL") -> Reading:
+    """Return the surface that `material` has at its output for the `target` (ALL, EEVEE, CYCLES): our groups and Blender's closures.
+
+    What cannot be read is in the losses, with what takes its place; nothing is left out unsaid.
+    """
+    raise NotImplementedError

@@ -1,11 +1,117 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A True Diffuse material as plain values, which all targets read: USD, glTF, Realtime. No bpy."""
+"""A material's surface as plain values, which all targets read: Realtime, USD, glTF. No bpy."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 
+from ..models.registry import MODELS, ReflectanceModel
+from .expression import Constant, Expression, Value
+
 type Rgb = tuple[float, float, float]
 type Setting = float | str | tuple[float, ...]
+
+
+# Every parameter of a surface with its default, which means that the surface lacks it. The names are OpenPBR's
+# (https://academysoftwarefoundation.github.io/OpenPBR) where it has them; Blender's meaning holds where they differ.
+PARAMETERS: Mapping[str, Value] = {
+    # the base: metal, glass, and a mix of subsurface scattering and rough diffuse reflection under a specular layer
+    "base_color": (0.8, 0.8, 0.8),
+    "diffuse_roughness": 0.0,  # the parameter Roughness of the reflectance model, as it has it: sigma in radians, or 0 to 1
+    "diffuse_ior": 1.5,  # the parameter IOR of Wolff's model
+    "metallic": 0.0,
+    "transmission_weight": 0.0,
+    "subsurface_weight": 0.0,
+    "subsurface_radius": (0.0, 0.0, 0.0),  # mean free path of red, green, blue [mm]
+    "subsurface_anisotropy": 0.0,
+    "specular_weight": 0.0,  # scales the reflectance at normal incidence: twice Principled's Specular IOR Level
+    "specular_color": (1.0, 1.0, 1.0),  # Specular Tint
+    "specular_roughness": 0.5,  # also of metal and glass; the square root of GGX's alpha
+    "specular_ior": 1.5,
+    "specular_anisotropy": 0.0,
+    "specular_rotation": 0.0,  # of the tangent, in turns
+    # Blinn-Phong's highlight k_s (n + 8) / 8 (N.H)^n of Standard Specular
+    "highlight_weight": 0.0,
+    "highlight_exponent": 30.0,
+    # layers above, and what passes all of them
+    "coat_weight": 0.0,
+    "coat_color": (1.0, 1.0, 1.0),
+    "coat_roughness": 0.03,
+    "coat_ior": 1.5,
+    "fuzz_weight": 0.0,  # Principled's sheen
+    "fuzz_color": (1.0, 1.0, 1.0),
+    "fuzz_roughness": 0.5,
+    "thin_film_thickness": 0.0,  # nm
+    "thin_film_ior": 1.33,
+    "emission_color": (1.0, 1.0, 1.0),
+    "emission_strength": 0.0,  # radiance [W/(m^2 sr)] of white
+    "opacity": 1.0,
+    # geometry, in the world's space; zero is the surface's own
+    "normal": (0.0, 0.0, 0.0),
+    "coat_normal": (0.0, 0.0, 0.0),
+    "tangent": (0.0, 0.0, 0.0),
+}
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A surface: OpenPBR's layers over a base whose diffuse reflection is one of our models.
+
+    The layers are Principled's: coat and sheen above all, below them metal by `metallic`, of the rest glass by
+    `transmission_weight`, of the rest a dielectric specular layer over subsurface scattering by `subsurface_weight` and rough
+    diffuse reflection. `inputs` hold the parameters that differ from their defaults.
+    """
+
+    model: str
+    """Id of the reflectance model."""
+    inputs: Mapping[str, Expression] = field(default_factory=dict)
+    subsurface_method: str = "RANDOM_WALK"
+    """Blender's name of the method."""
+    is_multi_scattering: bool = True
+    """Whether the specular layers keep the light that their single scattering loses (Multiscatter GGX)."""
+    is_thin_wall: bool = False
+    is_blended: bool = False
+    """Whether the opacity blends sorted surfaces rather than dithers (Render Method)."""
+    is_culled: bool = False
+    """Whether the back is not drawn (Backface Culling)."""
+
+    def __post_init__(self) -> None:
+        if unknown := set(self.inputs) - set(PARAMETERS):
+            raise ValueError(f"unknown parameters: {', '.join(sorted(unknown))}")
+
+    @property
+    def reflectance(self) -> ReflectanceModel:
+        """The reflectance model; KeyError where it is not registered."""
+        return MODELS[self.model]
+
+    def uses(self, parameter: str) -> bool:
+        """Return whether a parameter differs from its default."""
+        return parameter in self.inputs
+
+    def __getitem__(self, parameter: str) -> Expression:
+        """Return a parameter; KeyError where there is no such."""
+        return self.inputs.get(parameter) or Constant(PARAMETERS[parameter])
+
+    @property
+    def model_parameter(self) -> str:
+        """The parameter that the model's own is; empty where it has none."""
+        parameter = self.reflectance.parameter
+        return {"Roughness": "diffuse_roughness", "IOR": "diffuse_ior"}[parameter.socket] if parameter else ""
+
+
+@dataclass(frozen=True)
+class Loss:
+    """Something of a material that cannot be carried: where, what, and what takes its place."""
+
+    parameter: str
+    """Of the surface; empty where it is the whole."""
+    node: str
+    """The node's label or name in Blender."""
+    what: str
+    instead: str
+
+    def __str__(self) -> str:
+        place = f"{self.parameter.replace('_', ' ').capitalize()}: " if self.parameter else ""
+        return f"{place}{self.what}{f' ({self.node})' if self.node else ''} is not supported, {self.instead}"
 
 
 @dataclass(frozen=True)
@@ -62,7 +168,7 @@ class GroupInputs:
 
 
 @dataclass(frozen=True)
-class Surface(GroupInputs):
+class GroupSurface(GroupInputs):
     """A node of a `version` of one of our groups, and what is linked to its inputs.
 
     Inputs in `linked` and `unreadable` are in `inputs` too, with the socket's own value.
@@ -73,7 +179,7 @@ class Surface(GroupInputs):
     unreadable: Mapping[str, str] = field(default_factory=dict)
     """Descriptions of links to anything but an image, a color attribute or a constant, each times a constant."""
 
-    def supported(self, images: Collection[str], attributes: Collection[str]) -> tuple["Surface", list[str]]:
+    def supported(self, images: Collection[str], attributes: Collection[str]) -> tuple["GroupSurface", list[str]]:
         """Return the surface as a target can hold it, and a message for each link that it cannot.
 
         `images` and `attributes` name the inputs for which the target supports image textures and color attributes.

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import bpy
 
 from ..material.read import DEFAULT_UV, Names, group_node, read, read_color, read_number, source_socket
-from ..material.surface import Attribute, Image, Rgb, Surface
+from ..material.surface import Attribute, GroupSurface, Image, Rgb
 from ..models import by_label
 from ..nodes import SPECULAR_GROUP, SUBSURFACE
 from .mesh_attributes import MeshAttribute
@@ -135,7 +135,7 @@ class _Images:
         return image.name_full
 
 
-def _from_group(surface: Surface, meter: float) -> RenderMaterial:
+def _from_group(surface: GroupSurface, meter: float) -> RenderMaterial:
     """Return the material of one of our node groups, without what varies over the surface."""
     model = SPECULAR if surface.group == SPECULAR_GROUP.key else glsl_model(by_label(surface.choice("Model")))
     numbers = {name: float(value) for name, value in surface.inputs.items() if isinstance(value, (int, float))}

@@ -6,7 +6,7 @@ from dataclasses import asdict
 
 from pxr import Gf, Sdf, Usd, UsdMtlx, UsdShade, Vt
 
-from ..material.surface import Attribute, Image, Source, Surface
+from ..material.surface import Attribute, GroupSurface, Image, Source
 from .materialx import VERSION
 from .network import Constant, Network
 
@@ -82,7 +82,7 @@ def _remove_unused(material: UsdShade.Material) -> None:
             stage.RemovePrim(child.GetPath())
 
 
-def write_custom_data(prim: Usd.Prim, surface: Surface, unsupported: list[str]) -> None:
+def write_custom_data(prim: Usd.Prim, surface: GroupSurface, unsupported: list[str]) -> None:
     """Write all of `surface` into the custom data of a material, with messages about what the networks do not hold."""
     data: dict[str, object] = {
         "group": surface.group,
@@ -105,7 +105,7 @@ def _source_to_usd(source: Source) -> dict[str, object]:
     return values | {"kind": "image" if isinstance(source, Image) else "attribute"}
 
 
-def read_custom_data(material: UsdShade.Material) -> Surface | None:
+def read_custom_data(material: UsdShade.Material) -> GroupSurface | None:
     """Return the surface that `write_custom_data` wrote, None where there is none.
 
     Raises KeyError, TypeError or ValueError where the custom data have another form.
@@ -115,7 +115,7 @@ def read_custom_data(material: UsdShade.Material) -> Surface | None:
         return None
     inputs = {name: value if isinstance(value, (str, int, float)) else tuple(value) for name, value in data["inputs"].items()}
     linked = {name: _source_from_usd(material, name, values) for name, values in data.get("fed", {}).items()}
-    return Surface(str(data["group"]), inputs, int(data["version"]), linked)
+    return GroupSurface(str(data["group"]), inputs, int(data["version"]), linked)
 
 
 def _source_from_usd(material: UsdShade.Material, socket: str, values: Mapping[str, float | str]) -> Source:

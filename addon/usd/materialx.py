@@ -11,7 +11,7 @@ which generalized_schlick_bsdf has with exponent 1 from color0 to black: V.H is 
 
 from collections.abc import Callable
 
-from ..material.surface import Attribute, Image, Surface, texture_factor
+from ..material.surface import Attribute, GroupSurface, Image, texture_factor
 from ..models.color import LUMINANCE
 from ..models.geometry import clamp
 from ..nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
@@ -28,7 +28,7 @@ IMAGES = {
 ATTRIBUTES = ("Color", "Subsurface Radius")
 
 
-def network(surface: Surface, millimeter: float) -> Network:
+def network(surface: GroupSurface, millimeter: float) -> Network:
     """Return the network of `surface`; `millimeter` is a millimeter in the stage's units. Raises KeyError for an unknown group."""
     builder = _Builder(surface)
     bsdfs = {
@@ -41,7 +41,7 @@ def network(surface: Surface, millimeter: float) -> Network:
 
 
 class _Builder:
-    def __init__(self, surface: Surface) -> None:
+    def __init__(self, surface: GroupSurface) -> None:
         self.surface = surface
         self.network = Network("MaterialX_")
 
@@ -161,14 +161,14 @@ def _unit(value: float) -> float:
     return clamp(value, 0.0, 1.0)
 
 
-def highlight(surface: Surface) -> tuple[float, float]:
+def highlight(surface: GroupSurface) -> tuple[float, float]:
     """Return the height and alpha of Standard Specular's lobe."""
     exponent = clamp(surface.number("Exponent"), 0.0, 10000.0)
     height = _unit(surface.number("Specular")) * (exponent + 8.0) / (exponent + 2.0)
     return height, (2.0 / (exponent + 2.0)) ** 0.5
 
 
-def unsupported(surface: Surface) -> list[str]:
+def unsupported(surface: GroupSurface) -> list[str]:
     """Return a message where MaterialX does not have the surface's reflectance model."""
     if surface.group == SPECULAR_GROUP.key:
         return []

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import sqrt
 
-from ..material.surface import Attribute, Image, Source, Surface, texture_factor
+from ..material.surface import Attribute, GroupSurface, Image, Source, texture_factor
 from ..models.geometry import clamp
 from ..nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 from .materialx import highlight
@@ -32,7 +32,7 @@ class Gloss:
         return self.weight * ((self.ior - 1.0) / (self.ior + 1.0)) ** 2
 
 
-def network(surface: Surface) -> Network:
+def network(surface: GroupSurface) -> Network:
     """Return the network of `surface`. Raises ValueError for an unknown group."""
     shaders = Network("Preview_")
     lobe = gloss(surface)
@@ -53,7 +53,7 @@ def network(surface: Surface) -> Network:
     return shaders
 
 
-def unsupported(surface: Surface) -> list[str]:
+def unsupported(surface: GroupSurface) -> list[str]:
     """Return a message where only UsdPreviewSurface cannot hold the color: it can scale images, but not attributes."""
     source = surface.linked.get("Color")
     factor = source.factor * texture_factor(albedo(surface)) if isinstance(source, Attribute) else 1.0
@@ -61,7 +61,7 @@ def unsupported(surface: Surface) -> list[str]:
     return [] if exact else [f"Color: UsdPreviewSurface has the color attribute without the factor {factor:.3g}"]
 
 
-def albedo(surface: Surface) -> Callable[[float], float]:
+def albedo(surface: GroupSurface) -> Callable[[float], float]:
     """Return the function from a channel of Color to the average albedo below the coat. Raises ValueError for an unknown group."""
     if surface.group == SPECULAR_GROUP.key:
         return lambda rho: clamp(rho, 0.0, 1.0)
@@ -72,7 +72,7 @@ def albedo(surface: Surface) -> Callable[[float], float]:
     return lambda rho: clamp((1.0 - subsurface) * nearest.albedo(rho) + subsurface * rho, 0.0, 1.0)
 
 
-def gloss(surface: Surface) -> Gloss:
+def gloss(surface: GroupSurface) -> Gloss:
     """Return the lobe of the coat, or of Standard Specular's highlight; one of weight 0 where there is neither."""
     if surface.group == SPECULAR_GROUP.key:
         height, alpha = highlight(surface)
@@ -84,7 +84,7 @@ def gloss(surface: Surface) -> Gloss:
     return Gloss(weight, clamp(surface.number("IOR"), 1.0, 3.0), clamp(surface.number("Specular Roughness"), 0.0, 1.0))
 
 
-def _color(shaders: Network, surface: Surface, function: Callable[[float], float]) -> Input:
+def _color(shaders: Network, surface: GroupSurface, function: Callable[[float], float]) -> Input:
     source: Source | None = surface.linked.get("Color")
     if isinstance(source, Image):
         return _image(shaders, "Color", source, "rgb", VECTOR3, texture_factor(function))._replace(type=COLOR)

@@ -8,7 +8,7 @@ import bpy
 
 from ..material.materials import add_group, set_thickness, show
 from ..material.read import DEFAULT_UV, WRAPS
-from ..material.surface import Attribute, Image, Setting, Source, Surface
+from ..material.surface import Attribute, GroupSurface, Image, Setting, Source
 from ..material.upgrade import current_name, current_value
 from ..nodes import GROUPS
 
@@ -18,7 +18,7 @@ type Find = Callable[[str], tuple[str, bool]]
 """Returns the path on disk of a file that USD refers to, and whether that is temporary."""
 
 
-def rebuild(material: bpy.types.Material, surface: Surface, find: Find) -> list[str]:
+def rebuild(material: bpy.types.Material, surface: GroupSurface, find: Find) -> list[str]:
     """Make `surface` the only surface of `material`; returns messages about what could not be restored."""
     group = next((group for group in GROUPS if group.key == surface.group), None)
     if group is None:
