@@ -91,8 +91,8 @@ class Coordinate:
     """A property of the shaded point, of the Texture Coordinate and Geometry nodes.
 
     generated: 0 to 1 in the undeformed mesh's bounding box. object: in the space of `owner`, or of the shaded object.
-    object_normal: the interpolated normal in the object's space. In the world's space: position, normal (interpolated), true_normal (the face's),
-    incoming (towards the viewer), tangent. backfacing: number, 1 on the back.
+    object_normal: the interpolated normal in the object's space. In the world's space: position, normal (interpolated),
+    true_normal (the face's), incoming (towards the viewer), tangent. backfacing: number, 1 on the back.
     """
 
     name: Literal[
@@ -149,7 +149,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class NormalMap:
-    """A normal in the world's space from a `color` in [0, 1]; the tangents are those of `uv_map`, if empty of the one that renders."""
+    """A normal in the world's space from a `color` in [0, 1]; tangents are those of `uv_map`, if empty of the rendered one."""
 
     color: "Expression"
     strength: "Expression" = Constant(1.0)

@@ -216,7 +216,7 @@ class Reading:
 
 
 def read_surface(material: bpy.types.Material, target: str = "ALL") -> Reading:
-    """Return the surface that `material` has at its output for the `target` (ALL, EEVEE, CYCLES): our groups and Blender's closures.
+    """Return the surface that `material` has at its output for `target`: ALL, EEVEE or CYCLES.
 
     What cannot be read is in the losses, with what takes its place; nothing is left out unsaid.
     """
