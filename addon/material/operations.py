@@ -150,8 +150,8 @@ def hsv_to_rgb(hsv: Triple) -> Triple:
     return red, green, blue
 
 
-def _hue_ramps(hue: float) -> tuple[float, float, float]:
-    return tuple(min(max(abs((hue + shift) % 1.0 * 6.0 - 3.0) - 1.0, 0.0), 1.0) for shift in (0.0, 2.0 / 3.0, 1.0 / 3.0))  # ty: ignore[invalid-return-type]
+def _hue_ramps(hue: float) -> list[float]:
+    return [min(max(abs((hue + shift) % 1.0 * 6.0 - 3.0) - 1.0, 0.0), 1.0) for shift in (0.0, 2.0 / 3.0, 1.0 / 3.0)]
 
 
 def rgb_to_hsl(color: Triple) -> Triple:
