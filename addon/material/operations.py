@@ -7,7 +7,7 @@ where a result is not defined. glTF holds no operation but a product with a cons
 
 import math
 from collections.abc import Callable
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from ..models.color import LUMINANCE
 
@@ -26,7 +26,7 @@ class Operation(NamedTuple):
     """
 
     kind: Kind | Literal[""]
-    python: Callable[..., Value] | None
+    python: Callable[..., Any] | None
     glsl: str
     stem: str = ""
     materialx: str = ""
