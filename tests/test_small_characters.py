@@ -155,7 +155,7 @@ def test_texture_of_one_half_is_mirrored_on_the_other() -> None:
             x, y, z = mesh.vertices[mesh.loops[loop].vertex_index].co
             place, uv = (abs(x), y, z), mesh.uv_layers[0].uv[loop].vector
             uvs.setdefault(tuple(round(c, 3) for c in place), set()).add(tuple(round(c, 3) for c in uv))
-    head = [found for place, found in uvs.items() if 1.45 < place[2] < 1.75]
+    head = [found for place, found in uvs.items() if 1.5 < place[2] < 1.75]
     assert head and all(len(found) == 1 for found in head)
     assert sum(areas) == len(areas) // 2
 
@@ -164,7 +164,7 @@ def test_alpha_is_one_everywhere_has_holes_and_is_between() -> None:
     materials = open_character("alpha.glb")
     assert set(image_values("face", 3)) == {1.0}
     assert {0.0, 1.0} < set(image_values("mail", 3))
-    assert 0.2 < min(image_values("veil", 3)) and max(image_values("veil", 3)) < 1.0
+    assert min(image_values("veil", 3)) > 0.2 and max(image_values("veil", 3)) < 1.0
     assert {name: material.surface_render_method for name, material in materials.items()} == {
         "Face": "BLENDED",
         "Veil": "BLENDED",

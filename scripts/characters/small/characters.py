@@ -3,21 +3,20 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 from true_diffuse.scripts.characters.small.figure import Vector, colors, figure
-from true_diffuse.scripts.characters.small.gltf import Primitive, glb
+from true_diffuse.scripts.characters.small.gltf import Json, Primitive, glb
 from true_diffuse.scripts.characters.small.picture import png
 
 type Pixel = Callable[[float, float], Sequence[float]]
 
 
-def material(name: str, *, base: Mapping[str, Any], **others: Any) -> dict[str, Any]:
+def material(name: str, *, base: Mapping[str, Json], **others: Json) -> dict[str, Json]:
     """Return a material in glTF's JSON; `base` is its pbrMetallicRoughness."""
     return {"name": name, "pbrMetallicRoughness": dict(base), **others}
 
 
-def texture(image: str, **others: Any) -> dict[str, Any]:
+def texture(image: str, **others: Json) -> dict[str, Json]:
     """Return the use of a texture in glTF's JSON."""
     return {"index": image, **others}
 
@@ -48,7 +47,7 @@ def packed_orm() -> bytes:
         "suit": png(32, cloth(RED, OCHER)),
         "suit_orm": png(32, lambda u, v: (0.6 + 0.4 * wave(u, v, 1, 2), 0.35 + 0.5 * wave(u, v, 2, 1), 0.0)),
         "face": png(32, cloth(SKIN, (0.8, 0.5, 0.42), 2, 3)),
-        "face_mr": png(16, lambda u, v: (0.0, 0.5 + 0.5 * v, 0.0)),
+        "face_mr": png(16, lambda _u, v: (0.0, 0.5 + 0.5 * v, 0.0)),
     }
     suit = material(
         "Suit",
@@ -214,7 +213,7 @@ GLTF_FILES: Mapping[str, Callable[[], bytes]] = {
 def _file(
     name: str,
     images: Mapping[str, bytes],
-    materials: Mapping[str, dict[str, Any]],
+    materials: Mapping[str, dict[str, Json]],
     *,
     color: Callable[[float, float], Vector] | None = None,
     mirrored: bool = False,

@@ -8,9 +8,10 @@ import json
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from true_diffuse.scripts.characters.small.figure import Part, Vector
+
+type Json = Mapping[str, Json] | Sequence[Json] | str | float | bool
 
 TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 LINEAR, LINEAR_MIPMAP_LINEAR, REPEAT = 9729, 9987, 10497
@@ -21,7 +22,7 @@ class Primitive:
     """A mesh with one material, in glTF's JSON; in place of a texture's index a material has the name of an image."""
 
     part: Part
-    material: Mapping[str, Any]
+    material: Mapping[str, Json]
     colors: Sequence[Vector] = ()
     """Linear RGBA of each vertex, or none."""
 
@@ -30,7 +31,7 @@ class Primitive:
 class _Buffer:
     data: bytearray = field(default_factory=bytearray)
     views: list[dict[str, int]] = field(default_factory=list)
-    accessors: list[dict[str, Any]] = field(default_factory=list)
+    accessors: list[dict[str, Json]] = field(default_factory=list)
 
     def view(self, data: bytes, **target: int) -> int:
         """Append bytes; return the index of their view."""
@@ -80,7 +81,7 @@ def glb(name: str, primitives: Sequence[Primitive], images: Mapping[str, bytes],
         )
     materials = [_with_indices(primitive.material, used) for primitive in primitives]
     extensions = sorted(_extensions(materials))
-    document: dict[str, Any] = {
+    document: dict[str, Json] = {
         "asset": {"version": "2.0", "generator": "True Diffuse", "copyright": "CC0"},
         **({"extensionsUsed": extensions} if extensions else {}),
         "scene": 0,
@@ -107,7 +108,7 @@ def glb(name: str, primitives: Sequence[Primitive], images: Mapping[str, bytes],
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
-def _with_indices(value: Any, images: Sequence[str]) -> Any:
+def _with_indices(value: Json, images: Sequence[str]) -> Json:
     """Return a part of the JSON with the index of a texture in place of the name of an image."""
     if isinstance(value, Mapping):
         return {
@@ -117,10 +118,12 @@ def _with_indices(value: Any, images: Sequence[str]) -> Any:
     return [_with_indices(item, images) for item in value] if isinstance(value, list) else value
 
 
-def _extensions(value: Any) -> set[str]:
+def _extensions(value: Json) -> set[str]:
     """Return the names of all extensions in a part of the JSON."""
     if isinstance(value, list):
         return set().union(*map(_extensions, value))
     if not isinstance(value, Mapping):
         return set()
-    return set(value.get("extensions", ())).union(*map(_extensions, value.values()))
+    extensions = value.get("extensions", {})
+    own = set(extensions) if isinstance(extensions, Mapping) else set()
+    return own.union(*map(_extensions, value.values()))
