@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import bpy
 
+from ..blender.id_properties import GROUP_ID
+
 
 class Place(NamedTuple):
     """A socket, and the group nodes, from the outside in, that hold its tree; none in the material's own tree."""
@@ -35,7 +37,8 @@ class Place(NamedTuple):
 def source(place: Place) -> Place:
     """Return where the value of an input comes from: an output of a node that makes it, or an unlinked input.
 
-    A muted node passes on the input that Blender shows for it; an output without one gives the output itself, whose node is muted.
+    Groups of True Diffuse count as nodes of their own. A muted node passes on the input that Blender shows for it; an output without
+    one gives the output itself, whose node is muted.
     """
     while True:
         output = _linked_output(place)
@@ -49,7 +52,7 @@ def source(place: Place) -> Place:
             place = Place(link.from_socket, output.groups)
         elif node.type == "REROUTE":
             place = output.input(0)
-        elif node.type == "GROUP" and node.node_tree:
+        elif node.type == "GROUP" and node.node_tree and GROUP_ID not in node.node_tree:
             inside = _group_output(output)
             if inside is None:
                 return output

@@ -13,6 +13,7 @@ from ..models.color import LUMINANCE
 from ..nodes import GROUPS, Group
 from ..nodes.graph import key_and_version
 from .links import Place
+from .read_closures import ClosureReader, material_surface
 from .surface import Attribute, GroupSurface, Image, Loss, Rgb, Setting, Source, Surface, rgb
 from .upgrade import current_name, current_value
 
@@ -215,9 +216,13 @@ class Reading:
     """For each parameter that one input alone gives, that input."""
 
 
-def read_surface(material: bpy.types.Material, target: str = "ALL") -> Reading:
+def read_surface(material: bpy.types.Material, unit: float = 1.0, target: str = "ALL") -> Reading:
     """Return the surface that `material` has at its output for `target`: ALL, EEVEE or CYCLES.
 
-    What cannot be read is in the losses, with what takes its place; nothing is left out unsaid.
+    `unit` is the scene's unit in meters (unit_settings.scale_length). What cannot be read is in the losses, with what takes its
+    place; nothing is left out unsaid.
     """
-    raise NotImplementedError
+    reader = ClosureReader(unit)
+    surface = material_surface(material, target, reader)
+    losses = list(dict.fromkeys(reader.losses))
+    return Reading(surface, losses, reader.nodes.images, reader.places)

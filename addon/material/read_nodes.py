@@ -37,6 +37,10 @@ class NodeReader:
             value = as_kind(self._output(origin), kind, origin.socket.type == "RGBA")
         return value
 
+    def own(self, place: Place) -> Constant:
+        """Return the own value of an input, linked or not."""
+        return Constant(plain(place.socket.default_value))
+
     def _output(self, output: Place) -> Expression:
         raise UnsupportedInput(output.label, f"the node {output.node.bl_label}")
 
