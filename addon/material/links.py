@@ -37,7 +37,7 @@ class Place(NamedTuple):
 def source(place: Place) -> Place:
     """Return where the value of an input comes from: an output of a node that makes it, or an unlinked input.
 
-    Groups of True Diffuse count as nodes of their own. A muted node passes on the input that Blender shows for it; an output without
+    Groups of True Diffuse are nodes of their own. A muted node passes on the input that Blender shows for it; an output without
     one gives the output itself, whose node is muted.
     """
     while True:
