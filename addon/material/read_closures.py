@@ -159,12 +159,12 @@ class ClosureReader:
                 output,
                 model.id,
                 radius_in_mm=1.0,
-                subsurface_method=METHODS[choice("Subsurface Method")],
+                method=METHODS[choice("Subsurface Method")],
                 is_multi_scattering=choice("Distribution") != "GGX",
             )
         raise ValueError(f"unknown group {key}")
 
-    def _principled(self, output: Place, model: str, radius_in_mm: float, **settings: str | bool) -> Surface:
+    def _principled(self, output: Place, model: str, radius_in_mm: float, method: str, is_multi_scattering: bool) -> Surface:
         given = self.values(output, PRINCIPLED_INPUTS)
         given["diffuse_roughness"] = self.value(output, "diffuse_roughness", "Diffuse Roughness")
         given["diffuse_ior"] = given["specular_ior"]
@@ -174,7 +174,13 @@ class ClosureReader:
         thin = self.value(output, "thin_wall", "Thin Wall")
         if not isinstance(thin, Constant):
             self.losses.append(Loss("", output.label, "Thin Wall, which is linked,", "a solid takes its place"))
-        return surface(model, given, is_thin_wall=thin in (Constant(1.0), Constant(True)), **settings)
+        return surface(
+            model,
+            given,
+            is_thin_wall=thin in (Constant(1.0), Constant(True)),
+            subsurface_method=method,
+            is_multi_scattering=is_multi_scattering,
+        )
 
     def principled(self, output: Place) -> Surface:
         """Return the surface of a Principled BSDF."""
@@ -183,7 +189,7 @@ class ClosureReader:
             output,
             self._diffuse_model(output, "Diffuse Roughness"),
             radius_in_mm=self.unit * MILLIMETERS,
-            subsurface_method=node.subsurface_method,
+            method=node.subsurface_method,
             is_multi_scattering=node.distribution == "MULTI_GGX",
         )
 
@@ -240,7 +246,7 @@ class ClosureReader:
 
     def emission(self, output: Place) -> Surface:
         """Return a black surface that emits."""
-        given = self.values(output, {"emission_color": 0, "emission_strength": "Strength"})
+        given = self.values(output, {"emission_color": "Color", "emission_strength": "Strength"})
         return surface(LAMBERT, {**given, "base_color": BLACK})
 
     def transparent(self, output: Place) -> Surface:
