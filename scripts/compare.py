@@ -246,6 +246,8 @@ def _render(
             renderer.do(chunk, outcomes, progress)
             renderer.collect(chunk, outcomes, output.folder, collected)
     restore_materials()
+    for note in collected.notes:
+        terminal.say(f"{note['character']}: {note['text']}")
     for label, findings in renderer.optimized.items():
         if findings:
             terminal.table(f"Materials optimized for {label}", COLUMNS, rows(findings))

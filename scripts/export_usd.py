@@ -7,6 +7,7 @@ blender -b --python scripts/export_usd.py -- [OPTIONS]
 
 import sys
 from argparse import ArgumentTypeError, Namespace
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -67,7 +68,7 @@ def export(options: Namespace, output: OutputFolder, terminal: Terminal) -> None
     usd.register()
     with terminal.progress(2.0) as progress:
         with progress.step(f"Preparing {options.scene}", 1.0):
-            scene = _scene(options)
+            scene = _scene(options, terminal.say)
             exported = _with_material(scene, options.material)
         for item in bpy.context.view_layer.objects:
             item.select_set(item in exported)
@@ -85,7 +86,7 @@ def export(options: Namespace, output: OutputFolder, terminal: Terminal) -> None
     terminal.say(f"Wrote {', '.join(written)} to {options.out.parent}")
 
 
-def _scene(options: Namespace) -> "bpy.types.Scene":
+def _scene(options: Namespace, say: Callable[[str], None]) -> "bpy.types.Scene":
     """Return the scene to export, made the window's, which is the one that the exporter writes."""
     import bpy
 
@@ -101,7 +102,7 @@ def _scene(options: Namespace) -> "bpy.types.Scene":
     from true_diffuse.scripts.characters import face
 
     human = options.character == "human"
-    mesh = load_character(options.character)
+    mesh = load_character(options.character, say)
     if options.scene == "face":
         scene = face.build(mesh, human, RESOLUTION).scene
     else:

@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The characters' meshes from every source, and the framing of the five characters."""
 
+import json
 import math
+import struct
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -149,6 +153,81 @@ def test_unusable_file_is_refused_in_one_line(name: str, content: bytes | None, 
     with pytest.raises(character.CharacterError, match=message) as caught:
         character.load(str(path))
     assert "\n" not in str(caught.value)
+
+
+def with_json(path: Path, change: Callable[[dict[str, Any]], object]) -> None:
+    """Change the JSON of a .glb file, its binary chunk stays."""
+    content = path.read_bytes()
+    (size,) = struct.unpack_from("<I", content, 12)
+    document = json.loads(content[20 : 20 + size])
+    change(document)
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    rest = content[20 + size :]
+    path.write_bytes(b"glTF" + struct.pack("<IIII", 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A) + text + rest)
+
+
+def test_gltf_with_an_empty_default_scene_shows_the_other(cones: dict[str, Path]) -> None:
+    with_json(cones["glb"], lambda gltf: gltf.update(scenes=[{"name": "Empty"}, {**gltf["scenes"][0], "name": "Full"}], scene=0))
+    lines: list[str] = []
+    check_mesh(character.load(str(cones["glb"]), lines.append))
+    assert len(lines) == 1 and "2 scenes" in lines[0] and "Full" in lines[0]
+    assert not bpy.data.objects and len(bpy.data.meshes) == 1 and len(bpy.data.scenes) == 1
+
+
+def test_blend_file_of_several_scenes_shows_the_one_with_a_mesh(tmp_path: Path) -> None:
+    bpy.ops.mesh.primitive_cone_add()
+    bpy.context.scene.name = "With a cone"
+    bpy.data.scenes.new("An empty one")  # comes first
+    path = tmp_path / "scenes.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    lines: list[str] = []
+    check_mesh(character.load(str(path), lines.append))
+    assert len(lines) == 1 and "With a cone" in lines[0]
+    assert len(bpy.data.scenes) == 1
+
+
+def test_blend_file_does_not_run_its_drivers_python(tmp_path: Path) -> None:
+    marker = tmp_path / "ran"
+    bpy.ops.mesh.primitive_cone_add()
+    bpy.context.object.driver_add("location", 2).driver.expression = f"open({str(marker)!r}, 'w').close() or 0.0"
+    path = tmp_path / "driven.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    marker.unlink(missing_ok=True)
+    preferences = bpy.context.preferences.filepaths
+    preferences.use_scripts_auto_execute = True  # as by the user, or by blender -y
+    try:
+        check_mesh(character.load(str(path)))
+        assert not marker.exists()
+    finally:
+        preferences.use_scripts_auto_execute = False
+
+
+def test_compressed_gltf_without_the_library_is_one_clear_line(cones: dict[str, Path]) -> None:
+    from io_scene_gltf2 import is_draco_available
+
+    if is_draco_available():
+        pytest.skip("this Blender reads Draco")
+
+    def compress(gltf: dict[str, Any]) -> None:
+        name = "KHR_draco_mesh_compression"
+        gltf["extensionsUsed"] = gltf["extensionsRequired"] = [name]
+        for mesh in gltf["meshes"]:
+            mesh["primitives"][0]["extensions"] = {name: {"bufferView": 0, "attributes": {"POSITION": 0}}}
+
+    with_json(cones["glb"], compress)
+    with pytest.raises(character.CharacterError, match="compressed with Draco") as caught:
+        character.load(str(cones["glb"]))
+    assert "\n" not in str(caught.value) and not bpy.data.meshes
+
+
+def test_importer_that_fails_is_one_line_without_its_traceback(cones: dict[str, Path]) -> None:
+    with_json(cones["glb"], lambda gltf: gltf["accessors"][0].update(bufferView=99))
+    with pytest.raises(character.CharacterError, match="its importer failed") as caught:
+        character.load(str(cones["glb"]))
+    assert "\n" not in str(caught.value) and "Traceback" not in str(caught.value)
 
 
 @pytest.mark.parametrize("suffix", ["usdc", "glb", "blend"])

@@ -5,7 +5,9 @@ The mesh is upright (Z up), faces -Y and stands on z = 0 around the origin, 1.8 
 the color attribute ALBEDO_ATTRIBUTE.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import bpy
@@ -17,27 +19,43 @@ from true_diffuse.scripts.characters.human import human_mesh
 
 MONKEY_COLOR = (0.55, 0.36, 0.22)
 
+type Say = Callable[[str], None]  # is told a line for the user
+
 
 class CharacterError(Exception):
     """The character cannot be loaded; the message is one line for the user."""
 
 
-def load(character: str) -> bpy.types.Mesh:
+def load(character: str, say: Say = print) -> bpy.types.Mesh:
     """Return the mesh for "human", "monkey" or the path of a .blend, .usd, .usda, .usdc, .usdz, .glb, .gltf or .obj file.
 
-    Raises CharacterError where there is no such file, it cannot be read, or it holds no faces.
+    `say` is told in a line what of a file is not shown. Raises CharacterError where there is no such file, it cannot be read, or it
+    holds no faces.
     """
-    return load_frames(character, (None,))[None]
+    return load_frames(character, (None,), say)[None]
 
 
-def load_frames[Frame: int | None](character: str, frames: Sequence[Frame]) -> dict[Frame, bpy.types.Mesh]:
+def load_frames[Frame: int | None](character: str, frames: Sequence[Frame], say: Say = print) -> dict[Frame, bpy.types.Mesh]:
     """Return the mesh at each of `frames`, as `load` does; None is the frame that the file was saved at.
 
     All are scaled and placed like the first, so that a jump stays a jump. Raises CharacterError as `load` does.
     """
     if character in INCLUDED:
         return dict.fromkeys(frames, INCLUDED[character]())
-    return _from_file(check_file(character), frames)
+    path = check_file(character)
+    with _imported(path, say) as file:
+        meshes = {frame: _merged(file.scene, frame) for frame in frames}
+        file.kept += meshes.values()
+    matrix = None
+    for frame, mesh in meshes.items():
+        when = "" if frame is None else f" at frame {frame}"
+        if len(mesh.polygons) == 0:
+            raise CharacterError(f"{path} holds no mesh with faces{when}, or is damaged")
+        if not can_stand(mesh):
+            raise CharacterError(f"{path} is flat or has vertices at infinity{when}: it cannot stand upright")
+        matrix = matrix or standing(mesh)
+        stand(mesh, WHITE, matrix)
+    return meshes
 
 
 def check_file(character: str) -> Path:
@@ -66,49 +84,116 @@ def _monkey() -> bpy.types.Mesh:
 INCLUDED: dict[str, Callable[[], bpy.types.Mesh]] = {"human": human_mesh, "monkey": _monkey}
 
 
-def _import_blend(path: Path) -> None:
-    """Append the file's first scene, or all objects of a file without scenes."""
+def _import_blend(path: Path) -> dict[bpy.types.Scene, str]:
+    """Append the scenes of a file, or all objects of a file without scenes; return the scenes with their names in the file."""
     with bpy.data.libraries.load(str(path)) as (source, target):
-        if source.scenes:
-            target.scenes = source.scenes[:1]
+        names = list(source.scenes)
+        if names:
+            target.scenes = source.scenes
         else:
             target.objects = source.objects
     for item in target.objects:
         bpy.context.collection.objects.link(item)
+    return dict(zip(target.scenes, names, strict=True))
 
 
-IMPORTERS: dict[str, Callable[[Path], object]] = {
+def _import_gltf(path: Path) -> dict[bpy.types.Scene, str]:
+    """Import the default scene of a file into the current one, others into scenes of their own; return these with their names.
+
+    What is in no scene is not rendered.
+    """
+    before, collections = set(bpy.data.scenes), set(bpy.data.collections)
+    bpy.ops.import_scene.gltf(filepath=str(path), import_scene_as_collection=False)
+    added = [scene for scene in bpy.data.scenes if scene not in before]
+    if bpy.context.scene.objects or added:
+        for collection in set(bpy.data.collections) - collections:
+            collection.hide_render |= collection.name.startswith("Orphan Nodes")
+    return {scene: scene.name for scene in (bpy.context.scene, *added)}
+
+
+def _import_obj(path: Path) -> dict[bpy.types.Scene, str]:
+    bpy.ops.wm.obj_import(filepath=str(path))
+    return {bpy.context.scene: path.stem}
+
+
+def _import_usd(path: Path) -> dict[bpy.types.Scene, str]:
+    bpy.ops.wm.usd_import(filepath=str(path))
+    return {bpy.context.scene: path.stem}
+
+
+IMPORTERS: Mapping[str, Callable[[Path], dict[bpy.types.Scene, str]]] = {
     ".blend": _import_blend,
-    ".glb": lambda path: bpy.ops.import_scene.gltf(filepath=str(path)),
-    ".gltf": lambda path: bpy.ops.import_scene.gltf(filepath=str(path)),
-    ".obj": lambda path: bpy.ops.wm.obj_import(filepath=str(path)),
-    ".usd": lambda path: bpy.ops.wm.usd_import(filepath=str(path)),
-    ".usda": lambda path: bpy.ops.wm.usd_import(filepath=str(path)),
-    ".usdc": lambda path: bpy.ops.wm.usd_import(filepath=str(path)),
-    ".usdz": lambda path: bpy.ops.wm.usd_import(filepath=str(path)),
+    ".glb": _import_gltf,
+    ".gltf": _import_gltf,
+    ".obj": _import_obj,
+    ".usd": _import_usd,
+    ".usda": _import_usd,
+    ".usdc": _import_usd,
+    ".usdz": _import_usd,
 }
+# Compressions of glTF by what names the library that Blender reads them with; not every Blender has it
+COMPRESSIONS = {"draco": "Draco", "meshopt": "meshopt"}
 
 
-def _from_file[Frame: int | None](path: Path, frames: Sequence[Frame]) -> dict[Frame, bpy.types.Mesh]:
-    before = {scene: list(scene.objects) for scene in bpy.data.scenes}
+@dataclass
+class _File:
+    """What a file holds while its meshes are made: the `scene` that is shown, and the meshes that are `kept` of it."""
+
+    scene: bpy.types.Scene
+    kept: list[bpy.types.Mesh] = field(default_factory=list)
+
+
+@contextmanager
+def _imported(path: Path, say: Say) -> Generator[_File]:
+    """Yield a file once it is imported; afterwards remove all of it but the meshes kept. Raises CharacterError.
+
+    Scripts in it do not run, nor do Python expressions of its drivers.
+    """
+    bpy.context.preferences.filepaths.use_scripts_auto_execute = False
+    before = {scene: set(scene.objects) for scene in bpy.data.scenes}
+    kept: list[bpy.types.Mesh] = []
     try:
-        IMPORTERS[path.suffix.lower()](path)
-    except (OSError, RuntimeError) as error:
-        reason = str(error).strip().splitlines()
-        raise CharacterError(f"cannot read {path}: {reason[0] if reason else 'its importer gave no reason'}") from error
-    imported = next((scene for scene in bpy.data.scenes if scene not in before), bpy.context.scene)
-    meshes = {frame: _merged(imported, frame) for frame in frames}
-    _remove_imported(imported, before, list(meshes.values()))
-    matrix = None
-    for frame, mesh in meshes.items():
-        when = "" if frame is None else f" at frame {frame}"
-        if len(mesh.polygons) == 0:
-            raise CharacterError(f"{path} holds no mesh with faces{when}, or is damaged")
-        if not can_stand(mesh):
-            raise CharacterError(f"{path} is flat or has vertices at infinity{when}: it cannot stand upright")
-        matrix = matrix or standing(mesh)
-        stand(mesh, WHITE, matrix)
-    return meshes
+        try:
+            scenes = IMPORTERS[path.suffix.lower()](path)
+        except (OSError, RuntimeError) as error:
+            raise CharacterError(f"cannot read {path}: {_reason(error)}") from error
+        _check_libraries(path)
+        file = _File(_scene_with_faces(path, scenes, say))
+        kept = file.kept
+        yield file
+    finally:
+        _remove_imported(before, kept)
+
+
+def _reason(error: Exception) -> str:
+    """Return the reason of an importer's error in one line; where it is Python's own, what its traceback ends with."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    missing = next((name for key, name in COMPRESSIONS.items() if any(f"{key}_bridge" in line for line in lines)), None)
+    if missing:
+        return f"it is compressed with {missing}, and this Blender lacks the library to read that; save it without compression"
+    if any("Traceback (most recent call last)" in line for line in lines):
+        last = [line for line in lines if not line.startswith("Location:")][-1]
+        return f"its importer failed ({last})"
+    return lines[0].removeprefix("Error: ") if lines else "its importer gave no reason"
+
+
+def _check_libraries(path: Path) -> None:
+    """Raise CharacterError where a file that the character links to is not there."""
+    for library in bpy.data.libraries:
+        linked = Path(bpy.path.abspath(library.filepath))
+        if not linked.is_file():
+            raise CharacterError(f"{path} links to {linked}, which does not exist")
+
+
+def _scene_with_faces(path: Path, scenes: Mapping[bpy.types.Scene, str], say: Say) -> bpy.types.Scene:
+    """Return the first of a file's scenes that shows faces; `scenes` has their names in the file, the one shown first first."""
+    if len(scenes) < 2:
+        return next(iter(scenes), bpy.context.scene)
+    for scene, name in scenes.items():
+        if any(instance.object.data.polygons for instance in _instances(scene, None)):
+            say(f"{path.name} holds {len(scenes)} scenes: {name} is shown, the first with a mesh")
+            return scene
+    return next(iter(scenes))
 
 
 def _renderable(collection: bpy.types.LayerCollection) -> Iterator[bpy.types.Object]:
@@ -120,8 +205,8 @@ def _renderable(collection: bpy.types.LayerCollection) -> Iterator[bpy.types.Obj
         yield from _renderable(child)
 
 
-def _merged(scene: bpy.types.Scene, frame: int | None) -> bpy.types.Mesh:
-    """Return one mesh of everything that a render of `scene` shows, with modifiers, poses, transforms and instances applied."""
+def _instances(scene: bpy.types.Scene, frame: int | None) -> Iterator[bpy.types.DepsgraphObjectInstance]:
+    """Yield the instances of meshes that a render of `scene` at a frame shows, with modifiers as they are rendered."""
     layer = scene.view_layers[0]
     if frame is not None:
         scene.frame_set(frame)
@@ -133,16 +218,21 @@ def _merged(scene: bpy.types.Scene, frame: int | None) -> bpy.types.Mesh:
         if hasattr(modifier, "render_levels"):
             modifier.levels = modifier.render_levels
     layer.update()
-    whole = bmesh.new()
     for instance in layer.depsgraph.object_instances:
         item = instance.object
         owner = instance.parent if instance.is_instance else item
-        if item.type != "MESH" or item.original.hide_render or owner.original not in visible or not instance.show_self:
-            continue
-        part = item.to_mesh()
+        if item.type == "MESH" and not item.original.hide_render and owner.original in visible and instance.show_self:
+            yield instance
+
+
+def _merged(scene: bpy.types.Scene, frame: int | None) -> bpy.types.Mesh:
+    """Return one mesh of everything that a render of `scene` shows, with modifiers, poses, transforms and instances applied."""
+    whole = bmesh.new()
+    for instance in _instances(scene, frame):
+        part = instance.object.to_mesh()
         part.transform(instance.matrix_world)
         whole.from_mesh(part)
-        item.to_mesh_clear()
+        instance.object.to_mesh_clear()
     bmesh.ops.delete(whole, geom=[v for v in whole.verts if not v.link_faces], context="VERTS")
     mesh = bpy.data.meshes.new("Character")
     whole.to_mesh(mesh)
@@ -152,15 +242,14 @@ def _merged(scene: bpy.types.Scene, frame: int | None) -> bpy.types.Mesh:
     return mesh
 
 
-def _remove_imported(
-    imported: bpy.types.Scene, before: dict[bpy.types.Scene, list[bpy.types.Object]], meshes: Sequence[bpy.types.Mesh]
-) -> None:
+def _remove_imported(before: Mapping[bpy.types.Scene, Collection[bpy.types.Object]], meshes: Sequence[bpy.types.Mesh]) -> None:
     """Remove all that an import added to the file, except `meshes`; `before` has the objects of the scenes that were there."""
-    kept = before.get(imported, [])
-    for item in [item for item in imported.objects if item not in kept]:
-        bpy.data.objects.remove(item)
-    if imported not in before:
-        bpy.data.scenes.remove(imported)
+    for scene in list(bpy.data.scenes):
+        kept = before.get(scene, ())
+        for item in [item for item in scene.objects if item not in kept]:
+            bpy.data.objects.remove(item)
+        if scene not in before:
+            bpy.data.scenes.remove(scene)
     for mesh in meshes:
         mesh.use_fake_user = True
     bpy.data.orphans_purge(do_recursive=True)

@@ -48,12 +48,15 @@ def empty_file() -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
 
 
-def load_character(who: str) -> "Mesh":
-    """Return the mesh of a character, once Blender is started; raises BadInput where it cannot be had."""
+def load_character(who: str, say: Callable[[str], None] = print) -> "Mesh":
+    """Return the mesh of a character, once Blender is started; raises BadInput where it cannot be had.
+
+    `say` is told in a line what of a file is not shown.
+    """
     from true_diffuse.scripts.characters import character
 
     try:
-        return character.load(who)
+        return character.load(who, say)
     except character.CharacterError as error:
         raise BadInput(str(error)) from error
 

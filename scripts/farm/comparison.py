@@ -57,4 +57,5 @@ class CompareJob:
         output.write_json("compare.json", {**collected.document(), "options": self.options})
         written = output.publish()
         wrote = f"Wrote {len(collected.records)} records and {len(written) - 1} pictures to {output.target}"
-        return [*self.renderer.summary(collected), wrote]
+        notes = [f"{note['character']}: {note['text']}" for note in collected.notes]
+        return [*notes, *self.renderer.summary(collected), wrote]

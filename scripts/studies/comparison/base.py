@@ -99,11 +99,18 @@ class Collected:
     realtime_from_cycles: list[Record] = field(default_factory=list)
     """How far the two are from each other, for each look, where both are."""
     environments: list[Record] = field(default_factory=list)
+    notes: list[Record] = field(default_factory=list)
+    """What is not shown of a character, in a line each."""
+
+    def note(self, character: str, lines: Sequence[str]) -> None:
+        """Keep lines about a character, each once."""
+        self.notes += [note for line in lines if (note := {"character": character, "text": line}) not in self.notes]
 
     def document(self) -> Record:
         """Return what compare.json holds beside the options; all environments where machines differ."""
         first, differing = merged(self.environments)
         others = {"environments": differing, "pictures": self.pictures, "realtime_from_cycles": self.realtime_from_cycles}
+        others["notes"] = self.notes
         return {"records": self.records, "environment": first} | {name: each for name, each in others.items() if each}
 
 
@@ -118,6 +125,7 @@ class Renderer[Asked: JobSpec](ABC):
         self.usable = usable
         self.optimized: dict[str, list[OptimizedNode]] = {}  # by engines' labels, as found last
         self.engine: Engine | None = None
+        self.notes: list[str] = []  # on the character
         self._character: str | None = None
         self._frames: Sequence[Frame] = ()
 
@@ -149,6 +157,7 @@ class Renderer[Asked: JobSpec](ABC):
             self.scene = self._character = self.engine = None
             bpy.ops.wm.read_factory_settings(use_empty=True)
             self._frames = frames
+            self.notes = []
             self.scene = self.build(item.character, frames)
             self._character = item.character
         self.show(item.frame)
@@ -168,7 +177,7 @@ class Renderer[Asked: JobSpec](ABC):
             seconds = pictures.render_picture(self.scene, engine, samples, target, self.captions(), progress, denoised)
             files = {suffix: target.with_name(f"picture_{engine.key}.{suffix}").read_bytes() for suffix in PICTURE_SUFFIXES}
         about = {"character": item.character, "engine": engine.key, "samples": samples, "denoised": denoised}
-        return {"picture": {**about, "render_seconds": seconds}}, files
+        return {"picture": {**about, "render_seconds": seconds}, "notes": self.notes}, files
 
     def show(self, frame: Frame) -> None:  # noqa: B027 - a comparison may have nothing to do here
         """Have the scene show a frame."""

@@ -45,7 +45,7 @@ class Renderer(base.Renderer[JobSpec]):
 
     def build(self, character: str, frames: Sequence[Frame]) -> bpy.types.Scene:
         who = self.spec.characters[character]
-        self._face = scene.build(characters.load(who), who == "human", self.spec.resolution)
+        self._face = scene.build(characters.load(who, self.notes.append), who == "human", self.spec.resolution)
         self._seen = {}
         return self._face.scene
 
@@ -69,6 +69,7 @@ class Renderer(base.Renderer[JobSpec]):
             collected.environments.append(record["environment"])
             if item.look == PICTURE:
                 collected.pictures.append(record["picture"])
+                collected.note(item.character, record["notes"])
                 for suffix in PICTURE_SUFFIXES:
                     picture = folder / f"{self.spec.prefix(item)}face_{engine.key}.{suffix}"
                     picture.write_bytes(outcomes.read(item.name, suffix))

@@ -79,7 +79,7 @@ class Renderer(base.Renderer[JobSpec]):
     def build(self, character: str, frames: Sequence[Frame]) -> bpy.types.Scene:
         spec, who = self.spec, self.spec.characters[character]
         # the frame's camera is that of the first of all frames, so that it stands still
-        self._meshes = characters.load_frames(who, tuple(dict.fromkeys((spec.frames[0], *frames))))
+        self._meshes = characters.load_frames(who, tuple(dict.fromkeys((spec.frames[0], *frames))), self.notes.append)
         bust = who == "human" and not spec.full_figure
         self._five = five_characters.build(self._meshes[spec.frames[0]], spec.albedo, bust, spec.resolution, spec.sigmas)
         self._seen = {}
@@ -140,6 +140,7 @@ class Renderer(base.Renderer[JobSpec]):
         for item in sorted(items, key=lambda item: item.frame or 0):  # frame by frame, each in all engines
             record, prefix = outcomes.record(item.name), self.spec.prefix(item)
             if item.look == PICTURE:
+                collected.note(item.character, record["notes"])
                 for suffix in PICTURE_SUFFIXES:
                     (folder / f"{prefix}five_{item.engine}.{suffix}").write_bytes(outcomes.read(item.name, suffix))
             elif item.look == ERROR_MAP:
