@@ -3,7 +3,7 @@
 
 import re
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ import bpy
 from ..models.color import LUMINANCE
 from ..nodes import GROUPS, Group
 from ..nodes.graph import key_and_version
-from .links import Place
+from .links import Place, upstream
 from .read_closures import ClosureReader, material_surface
 from .surface import Attribute, GroupSurface, Image, Loss, Rgb, Setting, Source, Surface, rgb
 from .upgrade import current_name, current_value
@@ -33,21 +33,24 @@ class UnsupportedInput(Exception):
     """A link to more than an image, a color attribute or a constant times a constant; the message describes its source."""
 
 
-def group_node(material: bpy.types.Material) -> tuple[bpy.types.Node, Group, int] | None:
-    """Return the group node that is the surface of `material` in any engine, the group and its version; None for others."""
+def group_nodes(material: bpy.types.Material) -> Iterator[tuple[bpy.types.Node, Group, int]]:
+    """Yield the nodes of our groups that the surface of `material` comes from in any engine, each with its group and version.
+
+    The nearest to the output is first; those behind mixes, sums and the artist's own groups follow.
+    """
+    groups = {group.key: group for group in GROUPS}
     tree = material.node_tree
-    if tree is None:
-        return None
-    for target in ("ALL", "EEVEE", "CYCLES"):
-        output = tree.get_output_node(target)
-        source = source_socket(output.inputs["Surface"]) if output else None
-        node = source.node if source else None
-        if node and not node.mute:
-            key, version = key_and_version(node)
-            group = next((group for group in GROUPS if group.key == key), None)
-            if group:
-                return node, group, int(version) if version.isdecimal() else group.version
-    return None
+    outputs = [tree.get_output_node(target) for target in ("ALL", "EEVEE", "CYCLES")] if tree else []
+    for output in dict.fromkeys(filter(None, outputs)):
+        for place in upstream(Place(output.inputs["Surface"])):
+            key, version = key_and_version(place.node)
+            if key in groups and not place.node.mute:
+                yield place.node, groups[key], int(version) if version.isdecimal() else groups[key].version
+
+
+def group_node(material: bpy.types.Material) -> tuple[bpy.types.Node, Group, int] | None:
+    """Return the first of `group_nodes`; None where there is none."""
+    return next(group_nodes(material), None)
 
 
 def read(node: bpy.types.Node, group: Group, version: int, names: Names) -> GroupSurface:
