@@ -196,7 +196,7 @@ def test_groups_are_read_with_their_model(model):
     assert set(surface.inputs) - {"base_color"} <= {surface.model_parameter}
 
 
-def test_subsurface_group_is_a_coat_over_a_mix(material):
+def test_subsurface_group_is_a_coat_over_a_mix():
     surface = read_surface(create("Skin", SUBSURFACE, Scale=2.0, Subsurface=0.5, Method="Random Walk (Skin)")).surface
     assert surface["subsurface_radius"].value == pytest.approx((2.6, 1.9, 1.34)) and surface["subsurface_weight"] == Constant(0.5)
     assert surface["coat_weight"] == Constant(1.0) and surface["coat_roughness"] == Constant(0.4)
