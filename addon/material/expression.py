@@ -5,8 +5,9 @@ An expression is a number or a triple (a color, linear Rec. 709, or a vector). `
 `operations.py` says for every operation how each target computes it. `evaluate` is the reference: what Cycles computes.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import Literal, Protocol
 
 from .operations import OPERATIONS, Kind, Triple, Value, broadcast
@@ -57,6 +58,8 @@ class ImageTexture:
     is_unassociated: bool = False
     frame: tuple[int, int, int] = (0, 0, 0)
     """Of an image sequence or movie: start, number and offset of frames."""
+    is_cyclic: bool = False
+    """Whether the frames of a sequence or movie repeat."""
 
     @property
     def kind(self) -> Kind:
@@ -91,8 +94,8 @@ class Coordinate:
     """A property of the shaded point, of the Texture Coordinate and Geometry nodes.
 
     generated: 0 to 1 in the undeformed mesh's bounding box. object: in the space of `owner`, or of the shaded object.
-    object_normal: the interpolated normal in the object's space. In the world's space: position, normal (interpolated),
-    true_normal (the face's), incoming (towards the viewer), tangent. backfacing: number, 1 on the back.
+    object_normal: the interpolated normal in the object's space. In the world's space: position, normal (interpolated) and
+    true_normal (the face's), both on the viewer's side, incoming (towards the viewer), tangent. backfacing: number, 1 on the back.
     """
 
     name: Literal[
@@ -119,17 +122,26 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Apply:
-    """An operation of OPERATIONS applied to arguments. `label` names the node that it comes from, for messages."""
+    """An operation of OPERATIONS applied to arguments. `label` names the node that it comes from, for messages.
+
+    Kind and hash are kept, as arguments that several operations share would else be visited once for each path to them.
+    """
 
     operation: str
     arguments: tuple["Expression", ...]
     label: str = field(default="", compare=False)
 
-    @property
+    @cached_property
     def kind(self) -> Kind:
         """That of the operation, or, of one by components, triple where an argument is."""
-        kind = OPERATIONS[self.operation].kind
-        return kind or ("triple" if any(argument.kind == "triple" for argument in self.arguments) else "number")
+        return OPERATIONS[self.operation].kind or _broadcast_kind(self.arguments)
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.operation, self.arguments))
+
+    def __hash__(self) -> int:
+        return self._hash
 
 
 @dataclass(frozen=True)
@@ -190,24 +202,88 @@ class Point(Protocol):
 
 
 def apply(operation: str, *arguments: Expression | Value, label: str = "") -> Expression:
-    """Return `operation` of `arguments`, as a constant where all are, and without what changes nothing: + 0, x 1, a full mix."""
+    """Return `operation` of `arguments`: a constant where all are, and without what does not change the value.
+
+    Sums and products have their constant last, and differences and quotients with a constant become such.
+    """
     given = tuple(argument if not isinstance(argument, (float, int, tuple)) else Constant(argument) for argument in arguments)
     constants = [argument.value for argument in given if isinstance(argument, Constant)]
-    if len(constants) == len(given) and OPERATIONS[operation].python:
+    entry = OPERATIONS[operation]
+    if len(constants) == len(given) and entry.python:
         return Constant(compute(operation, *constants))
-    match operation, given:
-        case ("add", (Constant(0.0 | 0 | (0.0, 0.0, 0.0)), other)) | ("multiply", (Constant(1.0 | 1 | (1.0, 1.0, 1.0)), other)):
-            if other.kind == "triple" or given[0].kind == "number":
-                return other
-        case ("add" | "subtract", (other, Constant(0.0 | 0 | (0.0, 0.0, 0.0)))) | (
-            "multiply" | "divide",
-            (other, Constant(1.0 | 1 | (1.0, 1.0, 1.0))),
-        ):
-            if other.kind == "triple" or given[1].kind == "number":
-                return other
-        case "mix", (first, second, Constant(0.0 | 0 | 1.0 | 1 as factor)):
+    simple = _simplified(operation, given, label)
+    if simple is None:
+        return Apply(operation, given, label)
+    if not entry.kind and simple.kind == "number" and _broadcast_kind(given) == "triple":
+        return as_kind(simple, "triple")
+    return simple
+
+
+def _broadcast_kind(arguments: Iterable[Expression]) -> Kind:
+    return "triple" if any(argument.kind == "triple" for argument in arguments) else "number"
+
+
+def _simplified(operation: str, arguments: tuple[Expression, ...], label: str) -> Expression | None:
+    """Return an expression of the same value with fewer operations, None where there is none.
+
+    One of an operation by components may be a number where the operation gives a triple.
+    """
+    match operation, arguments:
+        case "add" | "multiply", (Constant(), other):
+            return apply(operation, other, arguments[0], label=label)
+        case "subtract", (other, Constant(value)):
+            return apply("add", other, broadcast(lambda a: 0.0 - a, value), label=label)
+        case "divide", (other, Constant(value)):
+            return apply("multiply", other, broadcast(lambda a: 1.0 / a if a else 0.0, value), label=label)
+        case ("add", (other, Constant(0 | (0, 0, 0)))) | ("multiply", (other, Constant(1 | (1, 1, 1)))):
+            return other
+        case "multiply", (_, Constant(0 | (0, 0, 0))):
+            return Constant(0.0)
+        case "add" | "multiply", (Apply(inner, (other, Constant(first))), Constant(second)) if inner == operation:
+            return apply(operation, other, compute(operation, first, second), label=label)
+        case "mix", (first, second, Constant(0 | 1 as factor)):
             return second if factor else first
-    return Apply(operation, given, label)
+        case "mix", (first, second, _) if first == second:
+            return first
+        case "clamp", (other, Constant(0), Constant(1)) if _is_unit(other):
+            return other
+        case (("rotate" | "rotate_back"), (other, Constant((0, 0, 0)))):
+            return other
+        case (("x" | "y" | "z"), (Apply("combine", components),)):
+            return components["xyz".index(operation)]
+        case (("luminance" | "average"), (Apply("combine", (first, second, third)),)) if first == second == third:
+            return first
+        case "combine", (Apply("x", (first,)), Apply("y", (second,)), Apply("z", (third,))) if first == second == third:
+            return first
+    return None
+
+
+def _is_unit(expression: Expression) -> bool:
+    """Return whether the value is known to be within 0 and 1, which is worth asking of images alone."""
+    match expression:
+        case ImageTexture():
+            return not expression.image.is_float and expression.interpolation in ("Linear", "Closest")
+        case Apply("x" | "y" | "z" | "luminance" | "average", (argument,)):
+            return _is_unit(argument)
+    return False
+
+
+def curve(
+    points: tuple[tuple[float, float], ...],
+    argument: Expression,
+    is_stepped: bool = False,
+    is_extended: bool = False,
+    label: str = "",
+) -> Expression:
+    """Return the curve through `points` of a number, as a constant, or as the number itself, where it is no more."""
+    made = Curve(points, argument, is_stepped, is_extended, label)
+    if isinstance(argument, Constant):
+        return Constant(curve_value(made, number(argument.value)))
+    if all(y == points[0][1] for _, y in points):
+        return Constant(points[0][1])
+    if is_extended and all(x == y for x, y in points):
+        return argument
+    return made
 
 
 def compute(operation: str, *values: Value) -> Value:
@@ -255,33 +331,41 @@ def as_kind(expression: Expression, kind: Kind, is_color: bool = True) -> Expres
 
 def evaluate(expression: Expression, point: Point) -> Value:
     """Return the value at `point`; raises LookupError where the point or an operation lacks it."""
-    match expression:
-        case Constant(value):
-            return value
-        case ImageTexture():
-            return point.image(expression, triple(evaluate(expression.coordinates, point)))
-        case Attribute():
-            return point.attribute(expression)
-        case UvMap(name):
-            return point.uv(name)
-        case Coordinate():
-            return point.coordinate(expression)
-        case Apply(operation, arguments):
-            return compute(operation, *(evaluate(argument, point) for argument in arguments))
-        case Curve():
-            return curve_value(expression, number(evaluate(expression.argument, point)))
-        case NormalMap():
-            return point.normal_map(
-                expression, triple(evaluate(expression.color, point)), number(evaluate(expression.strength, point))
-            )
-        case Bump(height, strength, distance, _, _, normal):
-            return point.bump(
-                expression,
-                lambda other: number(evaluate(height, other)),
-                number(evaluate(strength, point)),
-                number(evaluate(distance, point)),
-                triple(evaluate(normal, point)) if normal else None,
-            )
+    values: dict[int, Value] = {}  # by identity, so that what several operations share is computed once
+
+    def value(one: Expression) -> Value:
+        if id(one) not in values:
+            values[id(one)] = _value(one)
+        return values[id(one)]
+
+    def _value(one: Expression) -> Value:
+        match one:
+            case Constant(constant):
+                return constant
+            case ImageTexture():
+                return point.image(one, triple(value(one.coordinates)))
+            case Attribute():
+                return point.attribute(one)
+            case UvMap(name):
+                return point.uv(name)
+            case Coordinate():
+                return point.coordinate(one)
+            case Apply(operation, arguments):
+                return compute(operation, *(value(argument) for argument in arguments))
+            case Curve():
+                return curve_value(one, number(value(one.argument)))
+            case NormalMap():
+                return point.normal_map(one, triple(value(one.color)), number(value(one.strength)))
+            case Bump(height, strength, distance, _, _, normal):
+                return point.bump(
+                    one,
+                    lambda other: number(evaluate(height, other)),
+                    number(value(strength)),
+                    number(value(distance)),
+                    triple(value(normal)) if normal else None,
+                )
+
+    return value(expression)
 
 
 def curve_value(curve: Curve, x: float) -> float:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Follows links between nodes as Blender evaluates them: through reroutes, muted nodes and links, and into and out of groups."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import bpy
@@ -37,30 +37,44 @@ class Place(NamedTuple):
 def source(place: Place) -> Place:
     """Return where the value of an input comes from: an output of a node that makes it, or an unlinked input.
 
-    Groups of True Diffuse are nodes of their own. A muted node passes on the input that Blender shows for it; an output without
-    one gives the output itself, whose node is muted.
+    Groups of True Diffuse are nodes of their own. A muted node passes on the input that Blender shows for it. An output that
+    gives nothing, of a muted node without such an input or of a group without a tree, is returned itself: see `is_nothing`.
     """
-    while True:
-        output = _linked_output(place)
-        if output is None:
-            return place
-        node = output.node
-        if node.mute:
-            link = next((link for link in node.internal_links if link.to_socket == output.socket), None)
-            if link is None:
-                return output
-            place = Place(link.from_socket, output.groups)
-        elif node.type == "REROUTE":
-            place = output.input(0)
-        elif node.type == "GROUP" and node.node_tree and GROUP_ID not in node.node_tree:
-            inside = _group_output(output)
-            if inside is None:
-                return output
-            place = inside
-        elif node.type == "GROUP_INPUT":
-            place = _group_input(output)
-        else:
-            return output
+    return trail(place)[-1]
+
+
+def is_nothing(output: Place) -> bool:
+    """Return whether Blender takes zero, or no closure, for an output that `source` returned."""
+    node = output.node
+    is_foreign_group = node.type == "GROUP" and not (node.node_tree and GROUP_ID in node.node_tree)
+    return node.mute or is_foreign_group or node.type == "GROUP_INPUT"
+
+
+def trail(place: Place) -> list[Place]:
+    """Return the inputs and outputs that the value of an input passes, from the input itself to what `source` returns."""
+    passed = [place]
+    while (output := _linked_output(passed[-1])) is not None:
+        passed.append(output)
+        behind = _behind(output)
+        if behind is None:
+            break
+        passed.append(behind)
+    return passed
+
+
+def _behind(output: Place) -> Place | None:
+    """Return the input whose value an output passes on; None where its node makes the value, or nothing."""
+    node = output.node
+    if node.mute:
+        link = next((link for link in node.internal_links if link.to_socket == output.socket), None)
+        return Place(link.from_socket, output.groups) if link else None
+    if node.type == "REROUTE":
+        return output.input(0)
+    if node.type == "GROUP" and node.node_tree and GROUP_ID not in node.node_tree:
+        return _group_output(output)
+    if node.type == "GROUP_INPUT":
+        return _group_input(output)
+    return None
 
 
 def _linked_output(place: Place) -> Place | None:
@@ -77,14 +91,20 @@ def _group_output(output: Place) -> Place | None:
     node = next((node for node in nodes if node.is_active_output), None)
     if node is None:
         return None
-    inside = next(socket for socket in node.inputs if socket.identifier == output.socket.identifier)
-    return Place(inside, (*output.groups, output.node))
+    return _same(node.inputs, output, (*output.groups, output.node))
 
 
-def _group_input(output: Place) -> Place:
-    """Return the input of the group node that an output of the Group Input node inside stands for."""
+def _group_input(output: Place) -> Place | None:
+    """Return the input of the group node that an output of the Group Input node inside stands for; None outside of any group."""
+    if not output.groups:
+        return None
     *outer, group = output.groups
-    return Place(next(socket for socket in group.inputs if socket.identifier == output.socket.identifier), tuple(outer))
+    return _same(group.inputs, output, tuple(outer))
+
+
+def _same(sockets: Iterable[bpy.types.NodeSocket], output: Place, groups: tuple[bpy.types.Node, ...]) -> Place | None:
+    """Return the one of `sockets` that is the group's same socket as `output`."""
+    return next((Place(socket, groups) for socket in sockets if socket.identifier == output.socket.identifier), None)
 
 
 def upstream(place: Place) -> Iterator[Place]:

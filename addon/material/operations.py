@@ -40,6 +40,22 @@ def broadcast(function: Callable[..., float], *values: Value) -> Value:
     return first, second, third
 
 
+FLT_EPSILON = 1.1920929e-7
+LARGEST = 3.4028235e38  # of a 32-bit float; Python raises where Cycles has infinity
+
+
+def _bounded(function: Callable[[float], float]) -> Callable[[float], float]:
+    """Return a growing `function` as one that gives the largest 32-bit float where its value is beyond."""
+
+    def value(a: float) -> float:
+        try:
+            return min(max(function(a), -LARGEST), LARGEST)
+        except OverflowError:
+            return math.copysign(LARGEST, a)
+
+    return value
+
+
 def divide(a: float, b: float) -> float:
     """Return a / b, 0 where b is 0."""
     return a / b if b != 0.0 else 0.0
@@ -51,8 +67,17 @@ def power(a: float, b: float) -> float:
         return 0.0
     try:
         return math.pow(a, b)
-    except (ValueError, OverflowError, ZeroDivisionError):
+    except OverflowError:
+        return LARGEST
+    except ValueError:  # 0 to a negative power
         return 0.0
+
+
+def gamma(a: float, exponent: float) -> float:
+    """Return a^exponent where a is positive, else a; 1 where the exponent is 0."""
+    if exponent == 0.0:
+        return 1.0
+    return power(a, exponent) if a > 0.0 else a
 
 
 def logarithm(a: float, b: float) -> float:
@@ -280,19 +305,19 @@ OPERATIONS: dict[str, Operation] = {
     "subtract": Operation("", lambda a, b: a - b, "({0} - {1})", materialx="subtract"),
     "multiply": Operation("", lambda a, b: a * b, "({0} * {1})", materialx="multiply"),
     "divide": Operation("", divide, "safe_divide({0}, {1})", MATH),
-    "multiply_add": Operation("", lambda a, b, c: a * b + c, "({0} * {1} + {2})"),
     "power": Operation("", power, "safe_power({0}, {1})", MATH),
+    "gamma": Operation("", gamma, "gamma({0}, {1})", COLORS),
     "logarithm": Operation("", logarithm, "safe_logarithm({0}, {1})", MATH),
     "sqrt": Operation("", lambda a: math.sqrt(max(a, 0.0)), "sqrt(max({0}, 0.0))"),
     "inverse_sqrt": Operation("", lambda a: 1.0 / math.sqrt(a) if a > 0.0 else 0.0, "safe_inverse_sqrt({0})", MATH),
     "absolute": Operation("", abs, "abs({0})", materialx="absval"),
-    "exponent": Operation("", math.exp, "exp({0})", materialx="exp"),
+    "exponent": Operation("", _bounded(math.exp), "exp({0})", materialx="exp"),
     "minimum": Operation("", min, "min({0}, {1})", materialx="min"),
     "maximum": Operation("", max, "max({0}, {1})", materialx="max"),
     "less_than": Operation("", lambda a, b: float(a < b), "less_than({0}, {1})", MATH),
     "greater_than": Operation("", lambda a, b: float(a > b), "greater_than({0}, {1})", MATH),
     "sign": Operation("", sign, "sign({0})", materialx="sign"),
-    "compare": Operation("", lambda a, b, c: float(a == b or abs(a - b) <= max(c, 1e-5)), "compare({0}, {1}, {2})", MATH),
+    "compare": Operation("", lambda a, b, c: float(abs(a - b) <= max(c, FLT_EPSILON)), "compare({0}, {1}, {2})", MATH),
     "smooth_minimum": Operation("", smooth_minimum, "smooth_minimum({0}, {1}, {2})", MATH),
     "smooth_maximum": Operation("", lambda a, b, c: -smooth_minimum(-a, -b, c), "-smooth_minimum(-({0}), -({1}), {2})", MATH),
     "round": Operation("", lambda a: float(math.floor(a + 0.5)), "floor({0} + 0.5)"),
@@ -312,8 +337,8 @@ OPERATIONS: dict[str, Operation] = {
     "arccosine": Operation("", lambda a: math.acos(min(max(a, -1.0), 1.0)), "acos(clamp({0}, -1.0, 1.0))"),
     "arctangent": Operation("", math.atan, "atan({0})"),
     "arctangent2": Operation("", math.atan2, "safe_arctangent2({0}, {1})", MATH, "atan2"),
-    "hyperbolic_sine": Operation("", math.sinh, "sinh({0})"),
-    "hyperbolic_cosine": Operation("", math.cosh, "cosh({0})"),
+    "hyperbolic_sine": Operation("", _bounded(math.sinh), "sinh({0})"),
+    "hyperbolic_cosine": Operation("", lambda a: _bounded(math.cosh)(abs(a)), "cosh({0})"),
     "hyperbolic_tangent": Operation("", math.tanh, "tanh({0})"),
     "radians": Operation("", math.radians, "radians({0})"),
     "degrees": Operation("", math.degrees, "degrees({0})"),

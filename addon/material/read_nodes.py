@@ -1,16 +1,38 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads what feeds an input of Blender's nodes into an expression, through groups, reroutes and muted nodes."""
+"""Reads what feeds an input of Blender's nodes into an expression, through groups, reroutes and muted nodes.
+
+READERS holds a function for each node; what the nodes compute is in `node_formulas.py`.
+"""
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 
 import bpy
 
-from .expression import Constant, Expression, as_kind
-from .links import Place, source
+from ..blender import fcurves
+from . import node_formulas as formulas
+from .expression import (
+    Attribute,
+    Bump,
+    Constant,
+    Coordinate,
+    Expression,
+    Image,
+    ImageTexture,
+    NormalMap,
+    UvMap,
+    apply,
+    as_kind,
+)
+from .links import Place, is_nothing, source, trail
 from .operations import Value
 
-NUMBERS = {"VALUE", "INT", "BOOLEAN"}
+NUMBERS, TRIPLES = {"VALUE", "INT", "BOOLEAN"}, {"RGBA", "VECTOR", "ROTATION"}
+OWN_NORMAL = Coordinate("normal")
+FLAT = (0.5, 0.5, 1.0)  # the color of a normal map where the normal is the surface's own
+TABLE_SIZE = 256  # of Cycles' curves and color ramps
+ANIMATED = "keyed or driven: its value at this frame counts"
 
 
 class UnsupportedInput(Exception):
@@ -22,35 +44,105 @@ class UnsupportedInput(Exception):
 
 
 class NodeReader:
-    """Reads expressions, and collects the `images` that they name, by full name."""
+    """Reads expressions.
+
+    Collects the `images` that they name, by full name, and `notes`: labels of nodes with what the user should know of each.
+    """
 
     def __init__(self) -> None:
         self.images: dict[str, bpy.types.Image] = {}
+        self.notes: list[tuple[str, str]] = []
+        self._known: dict[Place, Expression] = {}
 
     def expression(self, place: Place) -> Expression:
-        """Return what feeds an input, of the input's kind, or its own value. Raises UnsupportedInput."""
-        origin = source(place)
-        kind = "number" if place.socket.type in NUMBERS else "triple"
+        """Return what feeds an input, of the input's kind, or its own value. Raises UnsupportedInput.
+
+        Where an input whose value Blender does not show is not linked, that is its own value, for a normal 0: the surface's own.
+        """
+        passed = trail(place)
+        origin = passed[-1]
+        for each in (place, origin):
+            if each.socket.type not in NUMBERS | TRIPLES:
+                raise UnsupportedInput(each.label, f"the socket {each.socket.name}")
+        if is_implicit(place):
+            return Constant(plain(place.socket.default_value))
         if not origin.socket.is_output:
-            value = as_kind(Constant(plain(origin.socket.default_value)), kind, origin.socket.type == "RGBA")
+            self._note(origin.node, origin.socket)
+            value = Constant(plain(origin.socket.default_value))
+        elif is_nothing(origin):
+            value = Constant((0.0, 0.0, 0.0) if origin.socket.type in TRIPLES else 0.0)
         else:
-            value = as_kind(self._output(origin), kind, origin.socket.type == "RGBA")
+            value = self._output(origin)
+        # Blender converts a constant from each socket to the next, and other values from the first to the last alone
+        types = [step.socket.type for step in reversed(passed) if step.socket.type in NUMBERS | TRIPLES]
+        for first, second in pairwise(types if isinstance(value, Constant) else (types[0], types[-1])):
+            value = converted(value, first, second)
         return value
 
     def own(self, place: Place) -> Constant:
         """Return the own value of an input, linked or not."""
         return Constant(plain(place.socket.default_value))
 
+    def inputs(self, output: Place) -> list[Expression]:
+        """Return what feeds the inputs that a node shows for its settings, in their order. Raises UnsupportedInput."""
+        return [self.expression(place) for place in output.inputs()]
+
+    def normal(self, output: Place) -> Expression:
+        """Return what feeds the input Normal of a node, the surface's own normal where nothing does. Raises UnsupportedInput."""
+        place = output.input("Normal")
+        return OWN_NORMAL if is_implicit(place) else self.expression(place)
+
+    def image(self, image: bpy.types.Image) -> Image:
+        """Return an image of the file and keep it among `images`."""
+        self.images[image.name_full] = image
+        settings = image.colorspace_settings
+        return Image(image.name_full, settings.name, settings.is_data, image.alpha_mode, image.source, image.is_float)
+
     def _output(self, output: Place) -> Expression:
-        raise UnsupportedInput(output.label, f"the node {output.node.bl_label}")
+        if output not in self._known:
+            read = READERS.get(output.node.bl_idname)
+            if read is None:
+                raise unsupported(output)
+            self._note(output.node)
+            self._known[output] = read(self, output)
+        return self._known[output]
+
+    def _note(self, node: bpy.types.Node, socket: bpy.types.NodeSocket | None = None) -> None:
+        """Note that a node's settings, or the value of one of its sockets, are animated."""
+        for curve in fcurves.of_node(node.id_data, node):
+            index = fcurves.input_of(curve)
+            if node.inputs[index] == socket if index is not None else socket is None:
+                note = (node.label or node.name, ANIMATED)
+                self.notes += [note] if note not in self.notes else []
+
+
+def is_implicit(place: Place) -> bool:
+    """Return whether nothing feeds an input whose value Blender does not show: its node then takes a value of its own choice."""
+    origin = source(place).socket
+    return not origin.is_output and origin.hide_value and place.socket.hide_value
+
+
+def unsupported(output: Place) -> UnsupportedInput:
+    """Return the exception for an output of a node that expressions do not have."""
+    return UnsupportedInput(output.label, f"the output {output.socket.name} of the node {output.node.bl_label}")
+
+
+def converted(value: Expression, first: str, second: str) -> Expression:
+    """Return `value`, of a socket of the type `first`, as one of the type `second` gets it."""
+    if second in TRIPLES:
+        return as_kind(value, "triple")
+    value = as_kind(value, "number", is_color=first == "RGBA")
+    if second == "BOOLEAN" and isinstance(value, Constant):
+        return apply("greater_than", value, 0.0)
+    return apply("truncate", value) if second in ("INT", "BOOLEAN") and first in {"VALUE", *TRIPLES} else value
 
 
 def plain(value: float | Sequence[float]) -> Value:
     """Return a socket's number, or first three components, with each 32-bit float as the shortest decimal that rounds to it."""
     if isinstance(value, (int, float)):
         return shortest(value)
-    red, green, blue = (shortest(component) for component in value[:3])
-    return red, green, blue
+    x, y, z = (*(shortest(component) for component in value[:3]), 0.0)[:3]
+    return x, y, z
 
 
 def shortest(value: float) -> float:
@@ -61,3 +153,301 @@ def shortest(value: float) -> float:
         if struct.pack("f", short) == single:
             return short
     return float(f"{value:.9g}")
+
+
+# --- sources
+
+
+def _value(_reader: NodeReader, output: Place) -> Expression:
+    return Constant(plain(output.socket.default_value))
+
+
+def _image_texture(reader: NodeReader, output: Place) -> Expression:
+    node = output.node
+    if node.image is None:
+        raise UnsupportedInput(output.label, "an image node without an image")
+    _assert_unmapped(output)
+    vector = output.input("Vector")
+    user = node.image_user
+    is_played = node.image.source in ("SEQUENCE", "MOVIE")
+    return ImageTexture(
+        reader.image(node.image),
+        UvMap() if is_implicit(vector) else reader.expression(vector),
+        "alpha" if output.socket.identifier == "Alpha" else "color",
+        node.extension,
+        node.interpolation,
+        node.projection,
+        shortest(node.projection_blend) if node.projection == "BOX" else 0.0,
+        any(link.is_valid and not link.is_muted for link in node.outputs["Alpha"].links),
+        (user.frame_start, user.frame_duration, user.frame_offset) if is_played else (0, 0, 0),
+        is_played and user.use_cyclic,
+    )
+
+
+def _assert_unmapped(output: Place) -> None:
+    """Raise UnsupportedInput where a texture node has a mapping of its own, which files before Blender 2.8 may have."""
+    own = output.node.texture_mapping
+    changed = (tuple(own.translation), tuple(own.rotation), tuple(own.scale), own.mapping_x + own.mapping_y + own.mapping_z)
+    if changed != ((0.0,) * 3, (0.0,) * 3, (1.0,) * 3, "XYZ"):
+        raise UnsupportedInput(output.label, "the texture mapping in the sidebar")
+
+
+def _uv_map(_reader: NodeReader, output: Place) -> Expression:
+    if output.node.from_instancer:
+        raise UnsupportedInput(output.label, "the UV map of an instancer")
+    return UvMap(output.node.uv_map)
+
+
+TEXTURE_COORDINATES: Mapping[str, Expression] = {
+    "Generated": Coordinate("generated"),
+    "Normal": Coordinate("object_normal"),
+    "UV": UvMap(),
+    "Camera": Coordinate("camera"),
+    "Window": Coordinate("window"),
+    "Reflection": Coordinate("reflection"),
+}
+GEOMETRY = ("Position", "Normal", "Tangent", "True Normal", "Incoming", "Backfacing")
+
+
+def _texture_coordinate(_reader: NodeReader, output: Place) -> Expression:
+    name, node = output.socket.identifier, output.node
+    if node.from_instancer and name in ("Generated", "UV"):
+        raise UnsupportedInput(output.label, f"the {name} coordinates of an instancer")
+    if name == "Object":
+        return Coordinate("object", node.object.name_full if node.object else "")
+    return TEXTURE_COORDINATES[name]
+
+
+def _geometry(_reader: NodeReader, output: Place) -> Expression:
+    name = output.socket.identifier
+    if name not in GEOMETRY:
+        raise unsupported(output)
+    return Coordinate(name.lower().replace(" ", "_"))
+
+
+def _color_attribute(_reader: NodeReader, output: Place) -> Expression:
+    return Attribute(output.node.layer_name, "alpha" if output.socket.identifier == "Alpha" else "color")
+
+
+def _attribute(_reader: NodeReader, output: Place) -> Expression:
+    node, name = output.node, output.socket.identifier
+    kind = {"Color": "color", "Vector": "vector", "Fac": "factor", "Alpha": "alpha"}[name]
+    attribute = Attribute(node.attribute_name, kind, node.attribute_type)
+    if not node.attribute_name:
+        return Constant((0.0, 0.0, 0.0) if attribute.kind == "triple" else 0.0)
+    return attribute
+
+
+# --- arithmetic
+
+
+def _math(reader: NodeReader, output: Place) -> Expression:
+    node = output.node
+    return formulas.math(node.operation, reader.inputs(output), node.use_clamp, output.label)
+
+
+def _vector_math(reader: NodeReader, output: Place) -> Expression:
+    return formulas.math(output.node.operation, reader.inputs(output), False, output.label)
+
+
+def _clamp(reader: NodeReader, output: Place) -> Expression:
+    return formulas.clamp(output.node.clamp_type, *reader.inputs(output), output.label)
+
+
+def _map_range(reader: NodeReader, output: Place) -> Expression:
+    node = output.node
+    return formulas.map_range(node.interpolation_type, node.clamp, reader.inputs(output), output.label)
+
+
+def _mapping(reader: NodeReader, output: Place) -> Expression:
+    vector, *location, rotation, scale = reader.inputs(output)  # directions have no location
+    place = location[0] if location else formulas.ZERO
+    return formulas.mapping(output.node.vector_type, vector, place, rotation, scale, output.label)
+
+
+def _vector_rotate(reader: NodeReader, output: Place) -> Expression:
+    node = output.node
+    vector, center, *axis, turn = reader.inputs(output)
+    return formulas.vector_rotate(node.rotation_type, node.invert, vector, center, turn, axis[0] if axis else None, output.label)
+
+
+def _separate_vector(reader: NodeReader, output: Place) -> Expression:
+    return formulas.separate_color("RGB", *reader.inputs(output), "XYZ".index(output.socket.identifier), output.label)
+
+
+def _combine_vector(reader: NodeReader, output: Place) -> Expression:
+    return formulas.combine_color("RGB", reader.inputs(output), output.label)
+
+
+def _mix(reader: NodeReader, output: Place) -> Expression:
+    node = output.node
+    if node.data_type == "ROTATION":
+        raise unsupported(output)
+    factor, first, second = reader.inputs(output)
+    if node.data_type == "RGBA":
+        return formulas.blend(node.blend_type, factor, first, second, node.clamp_factor, node.clamp_result, output.label)
+    return formulas.mix(factor, first, second, node.clamp_factor, output.label)
+
+
+def _mix_rgb(reader: NodeReader, output: Place) -> Expression:
+    node = output.node
+    return formulas.blend(node.blend_type, *reader.inputs(output), True, node.use_clamp, output.label)
+
+
+# --- colors
+
+
+def _separate_color(reader: NodeReader, output: Place) -> Expression:
+    index = ("Red", "Green", "Blue").index(output.socket.identifier)
+    return formulas.separate_color(output.node.mode, *reader.inputs(output), index, output.label)
+
+
+def _combine_color(reader: NodeReader, output: Place) -> Expression:
+    return formulas.combine_color(output.node.mode, reader.inputs(output), output.label)
+
+
+def _gamma(reader: NodeReader, output: Place) -> Expression:
+    return apply("gamma", *reader.inputs(output), label=output.label)
+
+
+def _brightness_contrast(reader: NodeReader, output: Place) -> Expression:
+    return formulas.brightness_contrast(*reader.inputs(output), output.label)
+
+
+def _hue_saturation(reader: NodeReader, output: Place) -> Expression:
+    return formulas.hue_saturation(*reader.inputs(output), output.label)
+
+
+def _invert(reader: NodeReader, output: Place) -> Expression:
+    return formulas.invert(*reader.inputs(output), output.label)
+
+
+def _luminance(reader: NodeReader, output: Place) -> Expression:
+    return apply("luminance", *reader.inputs(output), label=output.label)
+
+
+def _color_ramp(reader: NodeReader, output: Place) -> Expression:
+    ramp, (factor,) = output.node.color_ramp, reader.inputs(output)
+    if isinstance(factor, Constant):
+        samples = [ramp.evaluate(factor.value)]
+    else:
+        samples = [ramp.evaluate(i / (TABLE_SIZE - 1)) for i in range(TABLE_SIZE)]
+    components = [
+        formulas.table(values, factor, is_stepped=ramp.interpolation == "CONSTANT", label=output.label)
+        for values in zip(*samples, strict=True)
+    ]
+    return components[3] if output.socket.identifier == "Alpha" else apply("combine", *components[:3], label=output.label)
+
+
+def _color_curves(reader: NodeReader, output: Place) -> Expression:
+    """Read RGB Curves and Vector Curves, of which the first have a fourth curve that comes before the others."""
+    mapping = output.node.mapping
+    factor, color = reader.inputs(output)
+    low, high = _range(mapping.curves)
+    positions = [low + (high - low) * i / (TABLE_SIZE - 1) for i in range(TABLE_SIZE)]
+    mapping.initialize()
+    if len(mapping.curves) == 4:
+        positions = [mapping.evaluate(mapping.curves[3], x) for x in positions]
+    curves = [
+        _curve(mapping, [mapping.evaluate(curve, x) for x in positions], apply(axis, color), low, high, output.label)
+        for curve, axis in zip(list(mapping.curves)[:3], "xyz", strict=True)
+    ]
+    return formulas.color_curves(factor, color, curves, output.label)
+
+
+def _float_curve(reader: NodeReader, output: Place) -> Expression:
+    mapping = output.node.mapping
+    factor, value = reader.inputs(output)
+    low, high = _range(mapping.curves)
+    mapping.initialize()
+    values = [mapping.evaluate(mapping.curves[0], low + (high - low) * i / (TABLE_SIZE - 1)) for i in range(TABLE_SIZE)]
+    return apply("mix", value, _curve(mapping, values, value, low, high, output.label), factor, label=output.label)
+
+
+def _range(curves: Sequence[bpy.types.CurveMap]) -> tuple[float, float]:
+    """Return the range over which Cycles makes a table of curves."""
+    return min(curve.points[0].location[0] for curve in curves), max(curve.points[-1].location[0] for curve in curves)
+
+
+def _curve(
+    mapping: bpy.types.CurveMapping, values: Sequence[float], argument: Expression, low: float, high: float, label: str
+) -> Expression:
+    return formulas.table(values, argument, low, high, is_extended=mapping.extend == "EXTRAPOLATED", label=label)
+
+
+# --- normals and the angle of view
+
+
+def _normal_map(reader: NodeReader, output: Place) -> Expression:
+    node = output.node
+    strength, color = reader.inputs(output)
+    is_flat = node.space == "TANGENT" and isinstance(color, Constant) and color.value == FLAT
+    if is_flat or strength == formulas.ZERO:
+        return OWN_NORMAL
+    return NormalMap(color, strength, node.space, node.uv_map, node.convention)
+
+
+def _bump(reader: NodeReader, output: Place) -> Expression:
+    node = output.node
+    strength, distance, height = (reader.expression(output.input(name)) for name in ("Strength", "Distance", "Height"))
+    normal = reader.normal(output)
+    if isinstance(height, Constant) or formulas.ZERO in (strength, distance):
+        return normal
+    width = reader.expression(output.input("Filter Width"))
+    if not isinstance(width, Constant) or isinstance(width.value, tuple):
+        raise UnsupportedInput(output.label, "the linked Filter Width of the node Bump")
+    return Bump(height, strength, distance, width.value, node.invert, None if normal == OWN_NORMAL else normal)
+
+
+def _normal(reader: NodeReader, output: Place) -> Expression:
+    direction = Constant(plain(output.node.outputs["Normal"].default_value))
+    if output.socket.identifier == "Normal":
+        return apply("normalize", direction)
+    return formulas.normal_dot(direction, *reader.inputs(output), output.label)
+
+
+def _fresnel(reader: NodeReader, output: Place) -> Expression:
+    return formulas.fresnel(reader.expression(output.input("IOR")), reader.normal(output), output.label)
+
+
+def _layer_weight(reader: NodeReader, output: Place) -> Expression:
+    formula = formulas.facing if output.socket.identifier == "Facing" else formulas.layer_weight_fresnel
+    return formula(reader.expression(output.input("Blend")), reader.normal(output), output.label)
+
+
+READERS: Mapping[str, Callable[[NodeReader, Place], Expression]] = {
+    "ShaderNodeValue": _value,
+    "ShaderNodeRGB": _value,
+    "ShaderNodeTexImage": _image_texture,
+    "ShaderNodeUVMap": _uv_map,
+    "ShaderNodeTexCoord": _texture_coordinate,
+    "ShaderNodeNewGeometry": _geometry,
+    "ShaderNodeVertexColor": _color_attribute,
+    "ShaderNodeAttribute": _attribute,
+    "ShaderNodeMath": _math,
+    "ShaderNodeVectorMath": _vector_math,
+    "ShaderNodeClamp": _clamp,
+    "ShaderNodeMapRange": _map_range,
+    "ShaderNodeMapping": _mapping,
+    "ShaderNodeVectorRotate": _vector_rotate,
+    "ShaderNodeSeparateXYZ": _separate_vector,
+    "ShaderNodeCombineXYZ": _combine_vector,
+    "ShaderNodeMix": _mix,
+    "ShaderNodeMixRGB": _mix_rgb,
+    "ShaderNodeSeparateColor": _separate_color,
+    "ShaderNodeCombineColor": _combine_color,
+    "ShaderNodeGamma": _gamma,
+    "ShaderNodeBrightContrast": _brightness_contrast,
+    "ShaderNodeHueSaturation": _hue_saturation,
+    "ShaderNodeInvert": _invert,
+    "ShaderNodeRGBToBW": _luminance,
+    "ShaderNodeValToRGB": _color_ramp,
+    "ShaderNodeRGBCurve": _color_curves,
+    "ShaderNodeVectorCurve": _color_curves,
+    "ShaderNodeFloatCurve": _float_curve,
+    "ShaderNodeNormalMap": _normal_map,
+    "ShaderNodeBump": _bump,
+    "ShaderNodeNormal": _normal,
+    "ShaderNodeFresnel": _fresnel,
+    "ShaderNodeLayerWeight": _layer_weight,
+}
