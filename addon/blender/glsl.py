@@ -16,10 +16,11 @@ INCLUDES = re.compile(r"Include ([^.]*\.glsl.*?) before it")
 
 
 def own_text(stem: str) -> str:
-    """Return shaders/STEM.glsl, or the file of the registered model STEM if that lies elsewhere."""
+    """Return shaders/STEM.glsl or shaders/nodes/STEM.glsl, or the file of the registered model STEM if that lies elsewhere."""
     model = MODELS.get(stem)
     folder = model.glsl.folder if model else None
-    return ((folder or SHADERS) / f"{stem}.glsl").read_text(encoding="utf-8")
+    path = (folder or SHADERS) / f"{stem}.glsl"
+    return (path if path.exists() else SHADERS / "nodes" / path.name).read_text(encoding="utf-8")
 
 
 def includes(stem: str) -> list[str]:

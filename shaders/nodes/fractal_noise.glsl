@@ -25,10 +25,11 @@ float noise_slope(int dimensions, uint hashed, vec4 p)
            ((hashed & 4u) != 0u ? -terms.z : terms.z);
 }
 
-// Returns Perlin noise, about -1 to 1, of the first coordinates of p; the others are 0. It repeats every 100000.
+// Returns Perlin noise, about -1 to 1, of the first coordinates of p; the others are 0. It repeats every 100000; far
+// out, where 32-bit floats are nearly whole numbers, at which the noise is 0, half a cell is added.
 float noise_signed(int dimensions, vec4 p)
 {
-    p -= 100000.0 * trunc(p * 1e-5);
+    p = p - 100000.0 * trunc(p / 100000.0) + 0.5 * step(1000000.0, abs(p));
     vec4 cell = floor(p), local = p - cell;
     vec4 fades = local * local * local * (local * (local * 6.0 - 15.0) + 10.0);
     float total = 0.0;

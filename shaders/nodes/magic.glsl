@@ -5,9 +5,9 @@
 // Returns the output Color. depth: turns of the pattern, 0 to 10.
 vec3 magic_color(int depth, vec3 vector, float scale, float distortion)
 {
-    vec3 p = vector - 6.28318530717959 * trunc(vector / 6.28318530717959);
-    vec3 c = vec3(sin((p.x + p.y + p.z) * 5.0 * scale), cos((-p.x + p.y - p.z) * 5.0 * scale),
-                  -cos((-p.x - p.y + p.z) * 5.0 * scale));
+    vec3 p = vector * scale;
+    p = 5.0 * (p - 6.28318530717959 * trunc(p / 6.28318530717959));
+    vec3 c = vec3(sin(p.x + p.y + p.z), cos(-p.x + p.y - p.z), -cos(-p.x - p.y + p.z));
     if (depth > 0) {
         c *= distortion;
         c.y = distortion * -cos(c.x - c.y + c.z);

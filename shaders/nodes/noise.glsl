@@ -6,11 +6,12 @@
 // Returns p moved by 100 to 200 along each axis.
 vec4 noise_elsewhere(int dimensions, vec4 p, float seed)
 {
-    if (dimensions == 1) {
-        return p + vec4(100.0 + hash_random(1, vec4(seed, 0.0, 0.0, 0.0)) * 100.0, 0.0, 0.0, 0.0);
-    }
     for (int axis = 0; axis < dimensions; axis++) {
-        p[axis] += 100.0 + hash_random(2, vec4(seed, float(axis), 0.0, 0.0)) * 100.0;
+        float share = hash_random(dimensions == 1 ? 1 : 2, vec4(seed, dimensions == 1 ? 0.0 : float(axis), 0.0, 0.0));
+        // rounded once, as a fused multiplication and addition: the last bit shows in fine octaves
+        float high = floor(share * 4096.0) / 4096.0;
+        float offset = (100.0 + 100.0 * high) + 100.0 * (share - high);
+        p[axis] += offset;
     }
     return p;
 }

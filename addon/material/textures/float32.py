@@ -34,6 +34,6 @@ def off_borders(p: Iterable[float]) -> Coordinates:
     return tuple(f32(f32(x + f32(1e-6)) * f32(0.999999)) for x in p)
 
 
-def coordinates(dimensions: int, vector: Vector, w: float, scale: float = 1.0) -> Coordinates:
+def coordinates(dimensions: int, vector: Coordinates, w: float, scale: float = 1.0) -> Coordinates:
     """Return what a texture of so many dimensions reads of its two inputs: `w` alone, the first of `vector`, or all four."""
     return scaled((w,) if dimensions == 1 else (*vector, w)[:dimensions], scale)

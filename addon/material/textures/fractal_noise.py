@@ -13,12 +13,15 @@ from .float32 import Coordinates, f32, scaled
 from .hashing import lookup3
 
 SCALES = (0.25, 0.6616, 0.982, 0.8344)  # of noise in one to four dimensions, to reach -1 to 1
-PERIOD = 100000.0
+PERIOD, FAR = 100000.0, 1000000.0
 
 
 def signed_noise(p: Coordinates) -> float:
-    """Return Perlin noise, about -1 to 1, of one to four coordinates; it repeats every PERIOD."""
-    p = tuple(math.fmod(x, PERIOD) for x in p)
+    """Return Perlin noise, about -1 to 1, of one to four coordinates; it repeats every PERIOD.
+
+    Beyond FAR, where 32-bit floats are multiples of a sixteenth and soon of 1, half a cell is added: the noise is 0 at whole numbers.
+    """
+    p = tuple(math.fmod(x, PERIOD) + (0.5 if abs(x) >= FAR else 0.0) for x in p)
     cell = [math.floor(x) for x in p]
     local = [x - corner for x, corner in zip(p, cell, strict=True)]
     fades = [f * f * f * (f * (f * 6.0 - 15.0) + 10.0) for f in local]

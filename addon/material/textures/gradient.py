@@ -19,8 +19,14 @@ TYPES: dict[str, Callable[[float, float, float], float]] = {
 }
 
 
-def gradient(gradient_type: str, vector: Vector) -> float:
-    """Return the output Fac, 0 to 1, which Color has in each channel."""
+def gradient_color(gradient_type: str, vector: Vector) -> Vector:
+    """Return the output Color, a gray."""
+    gray = gradient_fac(gradient_type, vector)
+    return (gray, gray, gray)
+
+
+def gradient_fac(gradient_type: str, vector: Vector) -> float:
+    """Return the output Fac, 0 to 1."""
     return _fraction(TYPES[gradient_type](*vector))
 
 

@@ -4,7 +4,7 @@
 import math
 
 from ...models.vector import Vector
-from .float32 import f32
+from .float32 import f32, scaled
 
 # What each further turn changes: the component, the signs of x, y and z, and the function of their sum with its sign.
 TURNS = (
@@ -23,10 +23,10 @@ TURNS = (
 
 def magic_color(turbulence_depth: int, vector: Vector, scale: float, distortion: float) -> Vector:
     """Return the output Color."""
-    x, y, z = (math.fmod(v, f32(math.tau)) for v in vector)
+    x, y, z = (math.fmod(v, f32(math.tau)) for v in scaled(vector, scale))
 
     def wave(a: float, b: float, c: float) -> float:
-        return f32(f32(f32(f32(a + b) + c) * 5.0) * scale)
+        return f32(f32(f32(a + b) + c) * 5.0)
 
     color = [math.sin(wave(x, y, z)), math.cos(wave(-x, y, -z)), -math.cos(wave(-x, -y, z))]
     if turbulence_depth > 0:

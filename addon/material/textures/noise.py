@@ -68,4 +68,4 @@ def _distorted(dimensions: int, vector: Vector, w: float, scale: float, distorti
 def _elsewhere(p: Coordinates, seed: int) -> Coordinates:
     """Return `p` moved by 100 to 200 along each axis."""
     keys = ((seed,),) if len(p) == 1 else ((seed, axis) for axis in range(len(p)))
-    return moved(p, (f32(100.0 + f32(random(*key) * 100.0)) for key in keys))
+    return moved(p, (f32(100.0 + random(*key) * 100.0) for key in keys))

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's texture nodes as operations: for each node and each choice of its menus the reference and the GLSL. No bpy.
+
+The values are those of Cycles 5.2 (its kernel/svm).
+"""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any, Literal, NamedTuple
+
+from . import checker, gradient, magic, noise, white_noise
+
+type Menu = Mapping[str, str | int]
+
+
+class Output(NamedTuple):
+    """An output of a texture. Both functions take what the menus say and then the arguments; `glsl` is a name that no other has."""
+
+    kind: Literal["number", "triple"]
+    python: Callable[..., Any]
+    glsl: str
+
+
+class Texture(NamedTuple):
+    """A texture node.
+
+    stem: the GLSL functions are in shaders/nodes/STEM.glsl.
+    menus: properties of the node that choose the operation; for each of their values, as text, what the functions take: a number, or
+    a word, whose index GLSL takes.
+    arguments: identifiers of the node's sockets in the functions' order, of which some are disabled under some choices, and after
+    them names of its properties that are numbers.
+    outputs: by socket identifier.
+    """
+
+    stem: str
+    menus: Mapping[str, Menu]
+    arguments: tuple[str, ...]
+    outputs: Mapping[str, Output]
+
+
+def _words(*words: str) -> Menu:
+    return {word: word for word in words}
+
+
+DIMENSIONS: Menu = {"1D": 1, "2D": 2, "3D": 3, "4D": 4}
+SWITCH: Menu = {"False": False, "True": True}
+NOISE_TYPES = _words("MULTIFRACTAL", "RIDGED_MULTIFRACTAL", "HYBRID_MULTIFRACTAL", "FBM", "HETERO_TERRAIN")
+
+TEXTURES: dict[str, Texture] = {
+    "ShaderNodeTexNoise": Texture(
+        "noise",
+        {"noise_dimensions": DIMENSIONS, "noise_type": NOISE_TYPES, "normalize": SWITCH},
+        ("Vector", "W", "Scale", "Detail", "Roughness", "Lacunarity", "Offset", "Gain", "Distortion"),
+        {"Fac": Output("number", noise.noise_value, "noise_value"), "Color": Output("triple", noise.noise_color, "noise_color")},
+    ),
+    "ShaderNodeTexWhiteNoise": Texture(
+        "white_noise",
+        {"noise_dimensions": DIMENSIONS},
+        ("Vector", "W"),
+        {
+            "Value": Output("number", white_noise.white_noise_value, "white_noise_value"),
+            "Color": Output("triple", white_noise.white_noise_color, "white_noise_color"),
+        },
+    ),
+    "ShaderNodeTexChecker": Texture(
+        "checker",
+        {},
+        ("Vector", "Color1", "Color2", "Scale"),
+        {
+            "Color": Output("triple", checker.checker_color, "checker_color"),
+            "Fac": Output("number", checker.checker_fac, "checker_fac"),
+        },
+    ),
+    "ShaderNodeTexGradient": Texture(
+        "gradient",
+        {"gradient_type": _words(*gradient.TYPES)},
+        ("Vector",),
+        {
+            "Color": Output("triple", gradient.gradient_color, "gradient_color"),
+            "Fac": Output("number", gradient.gradient_fac, "gradient_fac"),
+        },
+    ),
+    "ShaderNodeTexMagic": Texture(
+        "magic",
+        {"turbulence_depth": {str(depth): depth for depth in range(11)}},
+        ("Vector", "Scale", "Distortion"),
+        {"Color": Output("triple", magic.magic_color, "magic_color"), "Fac": Output("number", magic.magic_fac, "magic_fac")},
+    ),
+}
+"""By the type of the node (bl_idname)."""
+
+FUNCTIONS = {output.glsl: (texture, output) for texture in TEXTURES.values() for output in texture.outputs.values()}
+
+
+def operation_name(texture: Texture, choices: Mapping[str, object], output: str) -> str:
+    """Return the name of the operation that gives `output`, where `choices` has the values of the node's menus."""
+    return f"{texture.outputs[output].glsl}({', '.join(str(choices[menu]) for menu in texture.menus)})"
+
+
+class TextureOperation(NamedTuple):
+    """An operation as the table of operations has them."""
+
+    kind: Literal["number", "triple"]
+    python: Callable[..., Any]
+    glsl: str
+    stem: str
+
+
+def operation(name: str) -> TextureOperation:
+    """Return the operation of that name, as `operation_name` makes them; KeyError where there is none."""
+    function, _, choices = name.removesuffix(")").partition("(")
+    if function not in FUNCTIONS:
+        raise KeyError(name)
+    texture, output = FUNCTIONS[function]
+    menus = zip(texture.menus.values(), choices.split(", ") if choices else (), strict=True)
+    values, literals = [], []
+    for menu, choice in menus:
+        values.append(menu[choice])
+        literals.append(str(list(menu).index(choice) if isinstance(menu[choice], str) else menu[choice]).lower())
+    literals += [f"{{{index}}}" for index in range(len(texture.arguments))]
+    return TextureOperation(output.kind, partial(output.python, *values), f"{function}({', '.join(literals)})", texture.stem)
