@@ -23,8 +23,9 @@ from true_diffuse.scripts.studies.study import run
 COUNT = 2000
 NAMES = [shader.model for shader in stability_glsl.DRAWN]
 PATHS = sorted(SHADERS.glob("*.glsl"))
-STEMS = [path.stem for path in PATHS]
-every_file = pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
+NODE_PATHS = sorted(SHADERS.glob("nodes/*.glsl"))
+STEMS = [path.stem for path in PATHS + NODE_PATHS]
+every_file = pytest.mark.parametrize("path", PATHS + NODE_PATHS, ids=lambda path: path.stem)
 VERSIONS = {"330 core": "", "300 es": "precision highp float;\n"}
 
 # In a process of its own, as Blender aborts when its context is no longer the current one. Reads a list of functions and writes the
@@ -145,7 +146,8 @@ def test_glsl_says_what_it_is(path) -> None:
     header = "\n".join(itertools.takewhile(lambda line: line.startswith("//"), lines))
     assert lines[0] == "// SPDX-License-Identifier: GPL-3.0-or-later"
     assert "GLSL 3.30 and ES 3.00 (under precision highp float); functions only, no bindings." in header
-    assert includes(path.stem) or path.stem in ("geometry", "lights")  # these two need nothing
+    # of the models, only these two need nothing
+    assert includes(path.stem) or path.stem in ("geometry", "lights") or path in NODE_PATHS
 
 
 @every_file

@@ -11,8 +11,8 @@ import pytest
 
 from true_diffuse.addon.blender.glsl import source
 from true_diffuse.addon.material.expression import triple
-from true_diffuse.addon.material.operations import Triple, Value
-from true_diffuse.addon.material.textures import TEXTURES, Texture, operation, operation_name
+from true_diffuse.addon.material.operations import OPERATIONS, Triple, Value
+from true_diffuse.addon.material.textures import TEXTURES, Texture, operation_name
 from true_diffuse.scripts.studies.glsl_values import evaluate_functions
 
 TOLERANCE = 1e-4
@@ -101,7 +101,7 @@ class Measured(NamedTuple):
 
 
 def references(case: Case, pixels: list[Pixel], constants: dict[str, Value]) -> list[Triple]:
-    function = operation(case.name).python
+    function = OPERATIONS[case.name].python
     given = [constants | {"Vector": pixel.vector, "W": pixel.w} for pixel in pixels]
     return [triple(function(*(values[name] for name in case.texture.arguments))) for values in given]
 
@@ -218,21 +218,28 @@ def test_reference_is_what_cycles_renders(node: str, measured: dict[str, list[Me
 
 
 @pytest.mark.render
+@pytest.mark.usefixtures("driver")
 @every_texture
-def test_glsl_is_the_reference(node: str, measured: dict[str, list[Measured]], driver: None) -> None:
+def test_glsl_is_the_reference(node: str, measured: dict[str, list[Measured]]) -> None:
     cases = measured[node]
     texture = TEXTURES[node]
     branches, rows = "", []
     for index, one in enumerate(cases):
         given = {name: literal(value) for name, value in one.constants.items()} | {"Vector": "vector", "W": "w"}
-        entry = operation(one.case.name)
+        entry = OPERATIONS[one.case.name]
         branches += f"if (index == {index}) return vec3({entry.glsl.format(*(given[name] for name in texture.arguments))});\n"
         rows += [((*pixel.vector, pixel.w), (float(index),)) for pixel in one.pixels]
     functions = f"{source(texture.stem)}\nvec3 chosen(int index, vec3 vector, float w) {{ {branches} return vec3(0.0); }}"
-    got = iter(evaluate_functions(functions, "chosen(int(b.x), a.xyz, a.w)", rows))
-    for one in cases:
-        off = [(p, v, g) for p, v, g in zip(one.pixels, one.references, got) if distance(v, g) > TOLERANCE]
+    got = evaluate_functions(functions, "chosen(int(b.x), a.xyz, a.w)", rows)
+    for one, values in zip(cases, itertools.batched(got, SIDE * SIDE), strict=True):
+        off = [pair for pair in zip(one.references, values, strict=True) if distance(*pair) > TOLERANCE]
         assert not off, (one.case.name, len(off), off[0])
+
+
+@pytest.mark.parametrize("name", ["noise_value(5D, FBM, True)", "noise_value(3D, FBM)", "gradient_fac()", "no_texture(3D)"])
+def test_unknown_operation_raises(name: str) -> None:
+    with pytest.raises(KeyError):
+        OPERATIONS[name]
 
 
 def literal(value: Value) -> str:

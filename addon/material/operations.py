@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any, Literal, NamedTuple
 
 from ..models.color import LUMINANCE
+from . import textures
 
 type Triple = tuple[float, float, float]
 type Value = float | Triple
@@ -299,7 +300,17 @@ def _rotated_about(vector: Triple, axis: Triple, angle: float) -> Triple:
 MATH = "math"  # shaders/nodes/math.glsl
 COLORS = "color"  # shaders/nodes/color.glsl
 
-OPERATIONS: dict[str, Operation] = {
+
+class Operations(dict[str, Operation]):
+    """Operations by name. Those of textures, as many as their menus allow, are made when they are first asked for."""
+
+    def __missing__(self, name: str) -> Operation:
+        self[name] = Operation(*textures.operation(name))
+        return self[name]
+
+
+OPERATIONS = Operations()
+OPERATIONS |= {
     # by components
     "add": Operation("", lambda a, b: a + b, "({0} + {1})", materialx="add"),
     "subtract": Operation("", lambda a, b: a - b, "({0} - {1})", materialx="subtract"),

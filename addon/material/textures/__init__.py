@@ -25,8 +25,8 @@ class Texture(NamedTuple):
     """A texture node.
 
     stem: the GLSL functions are in shaders/nodes/STEM.glsl.
-    menus: properties of the node that choose the operation; for each of their values, as text, what the functions take: a number, or
-    a word, whose index GLSL takes.
+    menus: properties of the node that choose the operation; for each of their values, as text, what the functions take: a number,
+    or a word, of which GLSL takes the index.
     arguments: identifiers of the node's sockets in the functions' order, of which some are disabled under some choices, and after
     them names of its properties that are numbers.
     outputs: by socket identifier.
@@ -112,9 +112,11 @@ def operation(name: str) -> TextureOperation:
     if function not in FUNCTIONS:
         raise KeyError(name)
     texture, output = FUNCTIONS[function]
-    menus = zip(texture.menus.values(), choices.split(", ") if choices else (), strict=True)
+    chosen = choices.split(", ") if choices else []
+    if len(chosen) != len(texture.menus):
+        raise KeyError(name)
     values, literals = [], []
-    for menu, choice in menus:
+    for menu, choice in zip(texture.menus.values(), chosen, strict=True):
         values.append(menu[choice])
         literals.append(str(list(menu).index(choice) if isinstance(menu[choice], str) else menu[choice]).lower())
     literals += [f"{{{index}}}" for index in range(len(texture.arguments))]

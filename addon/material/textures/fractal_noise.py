@@ -19,7 +19,7 @@ PERIOD, FAR = 100000.0, 1000000.0
 def signed_noise(p: Coordinates) -> float:
     """Return Perlin noise, about -1 to 1, of one to four coordinates; it repeats every PERIOD.
 
-    Beyond FAR, where 32-bit floats are multiples of a sixteenth and soon of 1, half a cell is added: the noise is 0 at whole numbers.
+    Beyond FAR, where 32-bit floats are multiples of a sixteenth and soon of 1, half a cell is added, as it is 0 at whole numbers.
     """
     p = tuple(math.fmod(x, PERIOD) + (0.5 if abs(x) >= FAR else 0.0) for x in p)
     cell = [math.floor(x) for x in p]
@@ -34,7 +34,10 @@ def signed_noise(p: Coordinates) -> float:
 
 
 def fbm(p: Coordinates, detail: float, roughness: float, lacunarity: float, normalized: bool) -> float:
-    """Return fractal Brownian motion: octaves that get `roughness` times as high and `lacunarity` times as fine. 0 to 1 if `normalized`."""
+    """Return fractal Brownian motion: each octave is `roughness` times as high and `lacunarity` times as fine as the one before.
+
+    A fraction of `detail` gives the last octave that share. 0 to 1 if `normalized`.
+    """
     total, amplitudes, amplitude, scale, level = 0.0, 0.0, 1.0, 1.0, 0.0
     for share in _shares(detail):
         total += signed_noise(scaled(p, scale)) * amplitude

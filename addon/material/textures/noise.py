@@ -21,7 +21,7 @@ def noise_value(
     gain: float,
     distortion: float,
 ) -> float:
-    """Return the output Value. One dimension reads `w`, two and three `vector`, four both; `normalize` is for the type FBM alone."""
+    """Return the output Value. One dimension reads `w`, two and three `vector`, four both; `normalize` is for fBM alone."""
     p = _distorted(dimensions, vector, w, scale, distortion)
     return _fractal(p, noise_type, normalize, detail, roughness, lacunarity, offset, gain)
 

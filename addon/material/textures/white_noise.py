@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's White Noise Texture (Cycles' kernel/svm/white_noise.h): hashes of the coordinates' bits, so the last bit changes all."""
+"""Blender's White Noise Texture (Cycles' kernel/svm/white_noise.h): hashes of the coordinates, whose last bit changes all."""
 
 from ...models.vector import Vector
-from .hashing import random
 from .float32 import coordinates
+from .hashing import random
 
 
 def white_noise_value(dimensions: int, vector: Vector, w: float) -> float:
