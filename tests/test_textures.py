@@ -231,7 +231,7 @@ def test_glsl_is_the_reference(node: str, measured: dict[str, list[Measured]]) -
         rows += [((*pixel.vector, pixel.w), (float(index),)) for pixel in one.pixels]
     functions = f"{source(texture.stem)}\nvec3 chosen(int index, vec3 vector, float w) {{ {branches} return vec3(0.0); }}"
     got = evaluate_functions(functions, "chosen(int(b.x), a.xyz, a.w)", rows)
-    for one, values in zip(cases, itertools.batched(got, SIDE * SIDE), strict=True):
+    for one, values in zip(cases, itertools.batched(got, SIDE * SIDE, strict=True), strict=True):
         off = [pair for pair in zip(one.references, values, strict=True) if distance(*pair) > TOLERANCE]
         assert not off, (one.case.name, len(off), off[0])
 
