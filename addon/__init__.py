@@ -12,12 +12,18 @@ if TYPE_CHECKING:
 
 
 class glTF2ExportUserExtension:
-    """The hook of Blender's glTF exporter, which looks for this name in the modules of add-ons."""
+    """The hook of Blender's glTF exporter, which looks for this name in the modules of add-ons and makes one for each export."""
+
+    def __init__(self) -> None:
+        from .gltf.export import Export
+
+        self._export = Export()
+
+    def pre_export_hook(self, settings: dict) -> None:
+        self._export.begin()
 
     def gather_material_hook(self, gltf_material: "Material", material: "bpy.types.Material", settings: dict) -> None:
-        from .gltf.export import gather_material
-
-        gather_material(gltf_material, material, settings)
+        self._export.gather_material(gltf_material, material)
 
 
 def _modules() -> tuple["ModuleType", ...]:

@@ -4,7 +4,7 @@
 import json
 import struct
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import bpy
@@ -14,6 +14,7 @@ import pytest
 from true_diffuse.addon import glTF2ExportUserExtension, models
 from true_diffuse.addon.blender import report
 from true_diffuse.addon.material import materials
+from true_diffuse.addon.material.convert import convert_materials
 from true_diffuse.addon.material.read import group_node
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 
@@ -68,14 +69,14 @@ def link_image(material: bpy.types.Material, socket: str, name: str) -> bpy.type
     return node
 
 
-def link_occlusion(material: bpy.types.Material) -> None:
-    """Add an occlusion map as Blender's glTF importer does: in a group of its own, linked to nothing."""
+def occlusion_node(material: bpy.types.Material) -> bpy.types.Node:
+    """Add the group, linked to nothing, that Blender's glTF importer adds for an occlusion map or a thickness."""
     from io_scene_gltf2.blender.com.material_helpers import create_settings_group, get_gltf_node_name
 
     tree = material.node_tree
     node = tree.nodes.new("ShaderNodeGroup")
     node.node_tree = bpy.data.node_groups.get(get_gltf_node_name()) or create_settings_group(get_gltf_node_name())
-    tree.links.new(image_node(material, "occlusion").outputs["Color"], node.inputs["Occlusion"])
+    return node
 
 
 def export(path: Path, **options: object) -> dict:
@@ -85,6 +86,294 @@ def export(path: Path, **options: object) -> dict:
     return json.loads(data[20 : 20 + struct.unpack("<I", data[12:16])[0]])
 
 
+def by_name(document: dict) -> dict[str, dict]:
+    """Return the materials with everything that an index of a texture stands for in its place, and attributes of the mesh."""
+
+    def resolved(value: object, key: str = "") -> object:
+        if isinstance(value, list):
+            return [resolved(item) for item in value]
+        if not isinstance(value, dict):
+            return value
+        found = {name: resolved(item, name) for name, item in value.items()}
+        if key.endswith("Texture"):
+            texture = document["textures"][found.pop("index")]
+            found["image"] = document["images"][texture["source"]]["name"]
+            found["sampler"] = document["samplers"][texture["sampler"]]
+        return found
+
+    materials = {material["name"]: resolved(material) for material in document["materials"]}
+    for mesh in document["meshes"]:
+        for primitive in mesh["primitives"]:
+            name = document["materials"][primitive["material"]]["name"]
+            materials[name]["attributes"] = sorted(primitive["attributes"])
+    return materials
+
+
+type Build = Callable[[bpy.types.Material, bpy.types.Node], None]
+BUILDS: dict[str, Build] = {}
+
+
+def build(function: Build) -> Build:
+    """Make a function that links something to a Principled BSDF one of the materials that are exported before and after."""
+    BUILDS[function.__name__] = function
+    return function
+
+
+def add(material: bpy.types.Material, kind: str, *inputs: object, **settings: object) -> bpy.types.Node:
+    """Return a new node with settings; inputs, by order, are values or outputs, None to leave one alone."""
+    node = material.node_tree.nodes.new(f"ShaderNode{kind}")
+    for name, value in settings.items():
+        setattr(node, name, value)
+    for socket, value in zip([socket for socket in node.inputs if socket.enabled], inputs, strict=False):
+        if isinstance(value, bpy.types.NodeSocket):
+            material.node_tree.links.new(value, socket)
+        elif value is not None:
+            socket.default_value = value
+    return node
+
+
+def times(material: bpy.types.Material, first: object, second: object) -> bpy.types.NodeSocket:
+    """Return the output of a Mix node that multiplies two colors, as Blender's importer makes them."""
+    node = add(material, "Mix", 1.0, first, second, data_type="RGBA", blend_type="MULTIPLY")
+    return next(socket for socket in node.outputs if socket.enabled)
+
+
+def link(principled: bpy.types.Node, socket: str, output: bpy.types.NodeSocket) -> None:
+    principled.id_data.links.new(output, principled.inputs[socket])
+
+
+@build
+def plain(_material, principled):
+    principled.inputs["Base Color"].default_value = COLOR
+    principled.inputs["Roughness"].default_value = 0.3
+    principled.inputs["IOR"].default_value = 1.4
+
+
+@build
+def base_color(material, principled):
+    link(principled, "Base Color", image_node(material, "base_color").outputs["Color"])
+
+
+@build
+def tint(material, principled):
+    link(principled, "Base Color", times(material, image_node(material, "tint").outputs["Color"], COLOR))
+
+
+@build
+def tint_and_named_color(material, principled):
+    color = times(material, image_node(material, "tint and color").outputs["Color"], COLOR)
+    link(principled, "Base Color", times(material, color, add(material, "VertexColor", layer_name="second").outputs["Color"]))
+
+
+@build
+def unnamed_color(material, principled):
+    link(principled, "Base Color", add(material, "VertexColor").outputs["Color"])
+
+
+@build
+def attribute_color(material, principled):
+    link(principled, "Base Color", add(material, "Attribute", attribute_name="second").outputs["Color"])
+
+
+@build
+def second_uv_map(material, principled):
+    node = image_node(material, "second UV")
+    material.node_tree.links.new(add(material, "UVMap", uv_map="Second").outputs["UV"], node.inputs["Vector"])
+    link(principled, "Base Color", node.outputs["Color"])
+
+
+@build
+def texture_transform(material, principled):
+    node = image_node(material, "transform")
+    place = add(
+        material,
+        "Mapping",
+        add(material, "UVMap", uv_map="Second").outputs["UV"],
+        (0.1, 0.2, 0.0),
+        (0.0, 0.0, 0.5),
+        (2.0, 3.0, 1.0),
+    )
+    material.node_tree.links.new(place.outputs["Vector"], node.inputs["Vector"])
+    node.extension, node.interpolation = "MIRROR", "Closest"
+    link(principled, "Base Color", node.outputs["Color"])
+
+
+@build
+def roughness_texture(material, principled):
+    link(
+        principled, "Roughness", add(material, "SeparateColor", image_node(material, "roughness").outputs["Color"]).outputs["Green"]
+    )
+
+
+@build
+def roughness_factor(material, principled):
+    green = add(material, "SeparateColor", image_node(material, "factor").outputs["Color"]).outputs["Green"]
+    link(principled, "Roughness", add(material, "Math", green, 0.7, operation="MULTIPLY").outputs["Value"])
+
+
+@build
+def packed_with_occlusion(material, principled):
+    image = image_node(material, "orm", (0.5, 0.4, 0.0, 1.0))
+    separate = add(material, "SeparateColor", image.outputs["Color"])
+    link(principled, "Roughness", separate.outputs["Green"])
+    link(principled, "Metallic", separate.outputs["Blue"])
+    material.node_tree.links.new(separate.outputs["Red"], occlusion_node(material).inputs["Occlusion"])
+
+
+@build
+def metal(_material, principled):
+    principled.inputs["Metallic"].default_value = 0.7
+
+
+@build
+def normal_map(material, principled):
+    image = image_node(material, "normal", (0.5, 0.5, 1.0, 1.0))
+    image.image.colorspace_settings.name = "Non-Color"
+    link(principled, "Normal", add(material, "NormalMap", 0.6, image.outputs["Color"], uv_map="Second").outputs["Normal"])
+
+
+@build
+def emission(material, principled):
+    link(principled, "Emission Color", image_node(material, "emission").outputs["Color"])
+    principled.inputs["Emission Strength"].default_value = 3.0
+
+
+@build
+def alpha_blend(material, principled):
+    image = image_node(material, "blend")
+    link(principled, "Base Color", image.outputs["Color"])
+    link(principled, "Alpha", image.outputs["Alpha"])
+
+
+@build
+def alpha_mask(material, principled):
+    image = image_node(material, "mask")
+    link(principled, "Base Color", image.outputs["Color"])
+    below = add(material, "Math", image.outputs["Alpha"], 0.3, operation="LESS_THAN").outputs["Value"]
+    link(principled, "Alpha", add(material, "Math", 1.0, below, operation="SUBTRACT").outputs["Value"])
+
+
+@build
+def alpha_value(material, principled):
+    principled.inputs["Alpha"].default_value = 0.25
+    material.use_backface_culling = True
+
+
+@build
+def specular(_material, principled):
+    principled.inputs["Specular IOR Level"].default_value = 0.2
+    principled.inputs["Specular Tint"].default_value = (1.0, 0.8, 0.6, 1.0)
+
+
+@build
+def specular_texture(material, principled):
+    link(principled, "Specular IOR Level", image_node(material, "specular").outputs["Alpha"])
+    link(principled, "Specular Tint", image_node(material, "specular tint").outputs["Color"])
+
+
+@build
+def coat(material, principled):
+    principled.inputs["Coat Weight"].default_value = 0.5
+    principled.inputs["Coat Roughness"].default_value = 0.2
+    image = image_node(material, "coat normal", (0.5, 0.5, 1.0, 1.0))
+    link(principled, "Coat Normal", add(material, "NormalMap", None, image.outputs["Color"]).outputs["Normal"])
+
+
+@build
+def coat_texture(material, principled):
+    separate = add(material, "SeparateColor", image_node(material, "coat").outputs["Color"])
+    link(principled, "Coat Weight", separate.outputs["Red"])
+    link(principled, "Coat Roughness", separate.outputs["Green"])
+
+
+@build
+def sheen(material, principled):
+    principled.inputs["Sheen Weight"].default_value = 1.0
+    link(principled, "Sheen Tint", image_node(material, "sheen").outputs["Color"])
+
+
+@build
+def transmission_and_volume(material, principled):
+    principled.inputs["Transmission Weight"].default_value = 0.9
+    principled.inputs["IOR"].default_value = 1.33
+    absorption = add(material, "VolumeAbsorption", (0.2, 0.5, 0.9, 1.0), 2.0)
+    output = material.node_tree.get_output_node("ALL")
+    material.node_tree.links.new(absorption.outputs["Volume"], output.inputs["Volume"])
+    occlusion_node(material).inputs["Thickness"].default_value = 0.1
+
+
+@build
+def anisotropy(material, principled):
+    principled.inputs["Anisotropic"].default_value = 0.4
+    principled.inputs["Anisotropic Rotation"].default_value = 0.2
+    link(principled, "Tangent", add(material, "Tangent", direction_type="UV_MAP").outputs["Tangent"])
+
+
+NOT_CONVERTED = {"specular", "specular_texture", "sheen", "anisotropy"}
+
+
+def native(name: str) -> bpy.types.Material:
+    """Return a new material of a Principled BSDF that the function of that name has linked."""
+    material = bpy.data.materials.new(name)
+    BUILDS[name](material, material.node_tree.nodes["Principled BSDF"])
+    return material
+
+
+def detailed(item: bpy.types.Object) -> None:
+    """Give an object a second UV map and two color attributes."""
+    item.data.uv_layers.new(name="Second")
+    for name in ("first", "second"):
+        item.data.color_attributes.new(name, "BYTE_COLOR", "CORNER")
+
+
+def lost(before: object, after: object) -> object:
+    """Return what of `before` is not in `after`, without the base color's factor; None where nothing is."""
+    if isinstance(before, dict) and isinstance(after, dict):
+        parts = {key: lost(value, after.get(key)) for key, value in before.items() if key != "baseColorFactor"}
+        return {key: part for key, part in parts.items() if part is not None} or None
+    same = before == (pytest.approx(after, abs=1e-6) if isinstance(after, (float, list)) else after)
+    return None if same else f"{before} became {after}"
+
+
+def test_nothing_is_lost_that_the_unconverted_material_has(tmp_path: Path) -> None:
+    made = [native(name) for name in BUILDS]
+    for material in made:
+        detailed(show(material))
+    options = {"export_tangents": True}
+    before = by_name(export(tmp_path / "before.glb", **options))
+    convert_materials(made, 1.0)
+    after = by_name(export(tmp_path / "after.glb", **options))
+    assert {name: part for name in BUILDS if (part := lost(before[name], after[name]))}.keys() == NOT_CONVERTED
+
+
+def test_the_file_is_as_it_was_after_an_export_and_after_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from io_scene_gltf2.blender.exp import export as exporter
+    from io_scene_gltf2.blender.exp.material import materials as gathered
+
+    material = rough("EON")
+    link_image(material, "Color", "base")
+    show(material)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
+
+    def state() -> tuple:
+        nodes = [(node.name, node.bl_idname, len(node.inputs)) for node in material.node_tree.nodes]
+        links = [(link.from_socket.path_from_id(), link.to_socket.path_from_id()) for link in material.node_tree.links]
+        functions = exporter.save, gathered.BlenderMaterialIndentifier
+        return list(bpy.data.materials), list(bpy.data.node_groups), bpy.data.is_dirty, nodes, links, functions
+
+    before = state()
+    export(tmp_path / "one.glb")
+    assert state() == before
+
+    def fail(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(exporter.gltf2_blender_gather, "gather_gltf2", fail)
+    with pytest.raises((KeyboardInterrupt, RuntimeError)):
+        export(tmp_path / "two.glb")
+    assert state() == before
+
+
 @pytest.mark.parametrize("has_occlusion", [False, True])
 @pytest.mark.parametrize("unused", [False, True])
 @pytest.mark.parametrize("quality", ["Balanced", "Precise"])
@@ -92,7 +381,9 @@ def test_what_is_inside_our_groups_is_no_emission(has_occlusion: bool, unused: b
     material = rough("EON", Quality=quality)
     link_image(material, "Color", "base")
     if has_occlusion:
-        link_occlusion(material)
+        material.node_tree.links.new(
+            image_node(material, "occlusion").outputs["Color"], occlusion_node(material).inputs["Occlusion"]
+        )
     show(material)
     written = export(tmp_path / "one.glb", export_unused_textures=unused)["materials"][0]
     assert "emissiveFactor" not in written and "emissiveTexture" not in written
@@ -126,7 +417,7 @@ def test_has_color_and_roughness(tmp_path: Path) -> None:
     base = seen["Oren-Nayar"]["pbrMetallicRoughness"]
     expected = [models.average_albedo(models.OrenNayar(0.4), rho, order=16) for rho in COLOR[:3]]
     assert base["baseColorFactor"] == pytest.approx([*expected, 1.0], rel=1e-4)
-    assert (base["metallicFactor"], base["roughnessFactor"]) == (0, 1)
+    assert (base["metallicFactor"], base.get("roughnessFactor", 1)) == (0, 1)
     assert seen["Oren-Nayar"]["extensions"]["KHR_materials_specular"] == {"specularFactor": 0}
     assert seen["Coated"]["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx(COLOR)
     assert seen["Coated"]["pbrMetallicRoughness"]["roughnessFactor"] == pytest.approx(0.4)

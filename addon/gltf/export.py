@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fills in our materials in Blender's own File > Export > glTF, which by itself writes nothing for a material made of a group.
+"""Our materials in Blender's own File > Export > glTF: what it writes for a Principled BSDF, with what differs put right.
 
 glTF has Lambert and one GGX lobe, as UsdPreviewSurface does, so it gets the same: the model's average albedo as base color, and the
 coat as the lobe. Without a coat KHR_materials_specular switches the lobe off.
@@ -10,70 +10,75 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..blender import report
-from ..material.read import Names, group_node, identifier, read
-from ..material.surface import Image, texture_factor
+from ..material.read import Names, identifier, read
+from ..material.surface import GroupSurface, texture_factor
 from ..models.geometry import clamp
 from ..usd import preview
+from .exporter import FAILURES, read_stand_ins
+from .stand_in import Replaced, StandIn, StandIns
 
 if TYPE_CHECKING:
     from io_scene_gltf2.io.com.gltf2_io import Material
 
-FAILURES = (RuntimeError, TypeError, ValueError, LookupError, AttributeError, ImportError, ArithmeticError, OSError)
+WRITTEN = {"Color", "Specular", "Specular Roughness", "Normal"}
 
 
-def gather_material(gltf_material: "Material", material: bpy.types.Material, settings: dict) -> None:
-    """Fill in the glTF material of one of our materials by the exporter's `settings`; reports a failure instead of raising."""
-    try:
-        _fill(gltf_material, material, settings)
-    except FAILURES as error:
-        report.add(material.name, f"is left as Blender has it: {error or type(error).__name__}")
+class Export:
+    """One run of the exporter. Failures are reported instead of raised: the export goes on."""
+
+    def __init__(self) -> None:
+        self._stand_ins = StandIns()
+
+    def begin(self) -> None:
+        """Get ready for the export that is about to run."""
+        try:
+            read_stand_ins(self._stand_ins)
+        except FAILURES as error:
+            report.add("glTF", f"True Diffuse materials are left as Blender has them: {error}")
+
+    def gather_material(self, gltf_material: "Material", material: bpy.types.Material) -> None:
+        """Put right what the exporter has gathered for one of our materials."""
+        stand_in = self._stand_ins.of(material)
+        if stand_in is None:
+            return
+        try:
+            replaced = _exported(stand_in)
+            if replaced:
+                _adjust(gltf_material, material, replaced)
+        except FAILURES as error:
+            report.add(material.name, f"is left as Blender has it: {error or type(error).__name__}")
 
 
-def _fill(gltf_material: "Material", material: bpy.types.Material, settings: dict) -> None:
-    found = group_node(material)
-    if found is None:
-        return
-    from io_scene_gltf2.io.com.gltf2_io import MaterialPBRMetallicRoughness
-    from io_scene_gltf2.io.com.gltf2_io_extensions import Extension
+def _exported(stand_in: StandIn) -> Replaced | None:
+    """Return the node of ours that the exporter has written, which takes the first Principled BSDF that it finds."""
+    from io_scene_gltf2.blender.exp.material.search_node_tree import get_socket
 
-    node = found[0]
-    surface, unsupported = read(*found, Names(lambda image: image.name, identifier)).supported(("Color",), ())
-    albedo, source = preview.albedo(surface), surface.linked.get("Color")
-    texture = None
-    red, green, blue = map(albedo, surface.rgb("Color"))
-    if isinstance(source, Image):
-        texture = _texture(material, node.inputs["Color"], settings)
-        if texture:
-            red = green = blue = clamp(source.factor * texture_factor(albedo), 0.0, 1.0)
-        else:
-            unsupported.append(f"Color: the image {source.file} has no file, the socket's own value is written")
-    gloss = preview.gloss(surface)
-    gltf_material.pbr_metallic_roughness = MaterialPBRMetallicRoughness(
-        base_color_factor=[red, green, blue, 1.0],
-        base_color_texture=texture,
-        extensions=None,
-        extras=None,
-        metallic_factor=0.0,
-        metallic_roughness_texture=None,
-        roughness_factor=gloss.roughness,
-    )
-    # The exporter follows links into groups, where it takes the closure of chosen lights for an emission of the artist's.
-    gltf_material.emissive_factor = gltf_material.emissive_texture = None
-    gltf_material.extensions = dict(gltf_material.extensions or {})
-    gltf_material.extensions.pop("KHR_materials_emissive_strength", None)
-    extensions = {"KHR_materials_specular": {"specularFactor": gloss.weight}}
-    if gloss.weight > 0.0:
-        extensions["KHR_materials_ior"] = {"ior": gloss.ior}
-    for name, values in extensions.items():
-        gltf_material.extensions[name] = Extension(name, values, False)
-    for message in unsupported:
+    socket = get_socket(stand_in.material.node_tree, "Base Color").socket
+    return next((replaced for replaced in stand_in.replaced if socket and replaced.principled == socket.node), None)
+
+
+def _adjust(gltf_material: "Material", material: bpy.types.Material, replaced: Replaced) -> None:
+    surface = read(replaced.node, replaced.group, replaced.version, Names(lambda image: image.name, identifier))
+    _adjust_base_color(gltf_material, surface)
+    _keep_ior(gltf_material)
+    for message in surface.supported(WRITTEN, WRITTEN)[1]:
         report.add(material.name, message)
 
 
-def _texture(material: bpy.types.Material, socket: bpy.types.NodeSocket, settings: dict) -> object | None:
-    """Return the exporter's texture for the image linked to `socket`, None where that has no file."""
-    from io_scene_gltf2.blender.exp.material.search_node_tree import NodeSocket
-    from io_scene_gltf2.blender.exp.material.texture_info import gather_texture_info
+def _adjust_base_color(gltf_material: "Material", surface: GroupSurface) -> None:
+    """Give the base color the model's average albedo: exact for a constant; a texture or attribute can only be scaled."""
+    albedo, base = preview.albedo(surface), gltf_material.pbr_metallic_roughness
+    red, green, blue, alpha = base.base_color_factor or (1.0, 1.0, 1.0, 1.0)
+    if "Color" in surface.linked:
+        scale = texture_factor(albedo)
+        red, green, blue = (clamp(scale * channel, 0.0, 1.0) for channel in (red, green, blue))
+    else:
+        red, green, blue = map(albedo, (red, green, blue))
+    base.base_color_factor = [red, green, blue, alpha]
 
-    wrapped = NodeSocket(socket, [material.node_tree])
-    return gather_texture_info(wrapped, (wrapped,), settings)[0]
+
+def _keep_ior(gltf_material: "Material") -> None:
+    """Keep an index of refraction beside a full specular lobe: the exporter drops it where KHR_materials_specular says nothing."""
+    extensions = gltf_material.extensions
+    if "KHR_materials_specular" in extensions and extensions["KHR_materials_ior"].extension:
+        extensions["KHR_materials_specular"].extension.setdefault("specularFactor", 1.0)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes Blender's glTF exporter read stand-ins where it reads our materials, for the time of one export.
+
+The exporter has hooks for what it has gathered, but none for the nodes that it gathers from. So for one export two of its functions
+are replaced: `save`, which then makes the stand-ins, and removes them however the export ends; and the constructor through which
+the nodes of every material are reached. Names, custom properties and culling are still read from the material itself, and hooks of
+other add-ons get it. Nothing that the user made is changed at any time, so there is nothing to restore after an error or an
+interrupt. Stand-ins are data-blocks of the open file while the export runs; making and removing them neither marks the file as
+changed nor makes an undo step.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import bpy
+
+from ..blender import report
+from .stand_in import StandIns, holds_ours
+
+FAILURES = (RuntimeError, TypeError, ValueError, LookupError, AttributeError, ImportError, ArithmeticError, OSError, ReferenceError)
+ORIGINAL = "_true_diffuse_original"  # names the exporter's own function on the one in its place
+
+
+def read_stand_ins(stand_ins: StandIns) -> None:
+    """Make the export that is about to run read `stand_ins`, which are made once its frame is set.
+
+    Raises AttributeError or ImportError where the exporter is built in another way.
+    """
+    from io_scene_gltf2.blender.exp import export
+    from io_scene_gltf2.blender.exp.material import materials
+
+    save, identifier = getattr(export.save, ORIGINAL, export.save), materials.BlenderMaterialIndentifier
+
+    def save_with_stand_ins(context: bpy.types.Context, settings: dict) -> set[str]:
+        export.save = save
+        settings["pre_export_callbacks"].append(lambda _settings: _make(stand_ins))
+        with _reading(stand_ins, identifier):
+            return save(context, settings)
+
+    setattr(save_with_stand_ins, ORIGINAL, save)
+    export.save = save_with_stand_ins
+
+
+def _make(stand_ins: StandIns) -> None:
+    for material in list(bpy.data.materials):
+        if holds_ours(material.node_tree):
+            try:
+                stand_ins.add(material)
+            except FAILURES as error:
+                report.add(material.name, f"is left as Blender has it: {error or type(error).__name__}")
+
+
+@contextmanager
+def _reading(stand_ins: StandIns, identifier: Callable) -> Iterator[None]:
+    """Have the exporter reach a material's nodes through its stand-in; removes the stand-ins at the end."""
+    from io_scene_gltf2.blender.exp.material import materials
+
+    def reach(material: bpy.types.Material, settings: dict) -> object:
+        stand_in = stand_ins.of(material)
+        if stand_in is None:
+            return identifier(material, settings)
+        found = identifier(stand_in.material, settings)
+        found.id, found.material, found.name = id(material), material, material.name
+        return found
+
+    materials.BlenderMaterialIndentifier = reach
+    try:
+        yield
+    finally:
+        materials.BlenderMaterialIndentifier = identifier
+        stand_ins.remove()
