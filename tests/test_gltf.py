@@ -392,16 +392,28 @@ def test_what_is_inside_our_groups_is_no_emission(has_occlusion: bool, unused: b
     assert ("occlusionTexture" in written) == has_occlusion
 
 
-def test_reports_unsupported_links(tmp_path: Path) -> None:
-    material = rough("EON")
-    materials.paint(material, group_node(material)[0].inputs["Color"], "my color", 0.7)
+@pytest.mark.parametrize("albedo", [1.0, 0.7])
+def test_a_color_attribute_is_written_with_its_factor(albedo: float, tmp_path: Path) -> None:
+    material = rough("Lambert")
+    materials.paint(material, group_node(material)[0].inputs["Color"], "second", albedo)
     link_image(material, "Roughness", "sigma")
-    show(material)
-    export(tmp_path / "one.glb")
-    assert sorted(report.take()) == [
-        "True Diffuse: EON: Color: the color attribute my_color is not supported, the socket's own value is written",
-        "True Diffuse: EON: Roughness: the image sigma is not supported, the socket's own value is written",
+    detailed(show(material))
+    written = by_name(export(tmp_path / "one.glb"))["Lambert"]
+    assert "COLOR_0" in written["attributes"]
+    assert written["pbrMetallicRoughness"].get("baseColorFactor", [1.0] * 4) == pytest.approx([albedo] * 3 + [1.0])
+    assert report.take() == [
+        "True Diffuse: Lambert: Roughness: the link (Rough Diffuse) is not supported, the socket's own value is written"
     ]
+
+
+def test_a_tinted_image_is_scaled_by_the_average_albedo(tmp_path: Path) -> None:
+    material = rough("EON")
+    color = times(material, image_node(material, "base").outputs["Color"], (0.5, 0.25, 1.0, 1.0))
+    material.node_tree.links.new(color, group_node(material)[0].inputs["Color"])
+    show(material)
+    written = by_name(export(tmp_path / "one.glb"))["EON"]["pbrMetallicRoughness"]
+    scale = models.average_albedo(models.Eon(0.4), 0.5, order=16) / 0.5
+    assert written["baseColorFactor"] == pytest.approx([0.5 * scale, 0.25 * scale, scale, 1.0], rel=1e-4)
 
 
 def test_has_color_and_roughness(tmp_path: Path) -> None:

@@ -5,22 +5,26 @@ glTF has Lambert and one GGX lobe, as UsdPreviewSurface does, so it gets the sam
 coat as the lobe. Without a coat KHR_materials_specular switches the lobe off.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import bpy
 
 from ..blender import report
+from ..material.links import Place
 from ..material.read import Names, identifier, read
-from ..material.surface import GroupSurface, texture_factor
+from ..material.surface import texture_factor
 from ..models.geometry import clamp
 from ..usd import preview
-from .exporter import FAILURES, read_stand_ins
-from .stand_in import Replaced, StandIn, StandIns
+from . import inputs, losses
+from .exporter import read_stand_ins
+from .stand_in import Replaced, StandIn, StandIns, holds_ours
 
 if TYPE_CHECKING:
     from io_scene_gltf2.io.com.gltf2_io import Material
 
-WRITTEN = {"Color", "Specular", "Specular Roughness", "Normal"}
+FAILURES = (RuntimeError, TypeError, ValueError, LookupError, AttributeError, ImportError, ArithmeticError, OSError, ReferenceError)
 
 
 class Export:
@@ -32,44 +36,68 @@ class Export:
     def begin(self) -> None:
         """Get ready for the export that is about to run."""
         try:
-            read_stand_ins(self._stand_ins)
+            read_stand_ins(self._stand_ins, self._make)
         except FAILURES as error:
             report.add("glTF", f"True Diffuse materials are left as Blender has them: {error}")
+
+    def _make(self) -> None:
+        for material in list(bpy.data.materials):
+            if holds_ours(material.node_tree):
+                with _guarded(material):
+                    _arrange(self._stand_ins.add(material))
 
     def gather_material(self, gltf_material: "Material", material: bpy.types.Material) -> None:
         """Put right what the exporter has gathered for one of our materials."""
         stand_in = self._stand_ins.of(material)
         if stand_in is None:
             return
-        try:
-            replaced = _exported(stand_in)
+        found = list(stand_in.losses)
+        with _guarded(material):
+            written, replaced = _written(stand_in)
             if replaced:
-                _adjust(gltf_material, material, replaced)
-        except FAILURES as error:
-            report.add(material.name, f"is left as Blender has it: {error or type(error).__name__}")
+                _adjust(gltf_material, replaced)
+                found += [*losses.of_node(replaced), *losses.of_layers(gltf_material, replaced)]
+            if written:
+                found += losses.of_output(gltf_material, stand_in, written)
+        for loss in dict.fromkeys(found):
+            report.add(material.name, str(loss))
 
 
-def _exported(stand_in: StandIn) -> Replaced | None:
-    """Return the node of ours that the exporter has written, which takes the first Principled BSDF that it finds."""
+@contextmanager
+def _guarded(material: bpy.types.Material) -> Iterator[None]:
+    try:
+        yield
+    except FAILURES as error:
+        report.add(material.name, f"is left as Blender has it: {error or type(error).__name__}")
+
+
+def _written(stand_in: StandIn) -> tuple[bpy.types.Node | None, Replaced | None]:
+    """Return the Principled BSDF that the exporter writes, the first that it finds, and the node of ours that it stands for."""
     from io_scene_gltf2.blender.exp.material.search_node_tree import get_socket
 
     socket = get_socket(stand_in.material.node_tree, "Base Color").socket
-    return next((replaced for replaced in stand_in.replaced if socket and replaced.principled == socket.node), None)
+    node = socket.node if socket else None
+    return node, next((replaced for replaced in stand_in.replaced if replaced.principled == node), None)
 
 
-def _adjust(gltf_material: "Material", material: bpy.types.Material, replaced: Replaced) -> None:
-    surface = read(replaced.node, replaced.group, replaced.version, Names(lambda image: image.name, identifier))
-    _adjust_base_color(gltf_material, surface)
+def _arrange(stand_in: StandIn) -> None:
+    """Link what feeds the Principled BSDF that is written as the exporter knows it; notes what glTF cannot hold."""
+    _, replaced = _written(stand_in)
+    if replaced:
+        stand_in.losses += [loss for _, loss in inputs.losses(replaced.principled, replaced.groups)]
+
+
+def _adjust(gltf_material: "Material", replaced: Replaced) -> None:
+    _adjust_base_color(gltf_material, replaced)
     _keep_ior(gltf_material)
-    for message in surface.supported(WRITTEN, WRITTEN)[1]:
-        report.add(material.name, message)
 
 
-def _adjust_base_color(gltf_material: "Material", surface: GroupSurface) -> None:
-    """Give the base color the model's average albedo: exact for a constant; a texture or attribute can only be scaled."""
+def _adjust_base_color(gltf_material: "Material", replaced: Replaced) -> None:
+    """Give the base color the model's average albedo: exact for a constant; an image or a color attribute can only be scaled."""
+    surface = read(replaced.node, replaced.group, replaced.version, Names(lambda image: image.name, identifier))
     albedo, base = preview.albedo(surface), gltf_material.pbr_metallic_roughness
     red, green, blue, alpha = base.base_color_factor or (1.0, 1.0, 1.0, 1.0)
-    if "Color" in surface.linked:
+    if inputs.varies(Place(replaced.principled.inputs["Base Color"], replaced.groups)):
         scale = texture_factor(albedo)
         red, green, blue = (clamp(scale * channel, 0.0, 1.0) for channel in (red, green, blue))
     else:
@@ -80,5 +108,5 @@ def _adjust_base_color(gltf_material: "Material", surface: GroupSurface) -> None
 def _keep_ior(gltf_material: "Material") -> None:
     """Keep an index of refraction beside a full specular lobe: the exporter drops it where KHR_materials_specular says nothing."""
     extensions = gltf_material.extensions
-    if "KHR_materials_specular" in extensions and extensions["KHR_materials_ior"].extension:
+    if "KHR_materials_specular" in extensions and "KHR_materials_ior" in extensions and extensions["KHR_materials_ior"].extension:
         extensions["KHR_materials_specular"].extension.setdefault("specularFactor", 1.0)

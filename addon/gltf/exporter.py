@@ -14,15 +14,13 @@ from contextlib import contextmanager
 
 import bpy
 
-from ..blender import report
-from .stand_in import StandIns, holds_ours
+from .stand_in import StandIns
 
-FAILURES = (RuntimeError, TypeError, ValueError, LookupError, AttributeError, ImportError, ArithmeticError, OSError, ReferenceError)
 ORIGINAL = "_true_diffuse_original"  # names the exporter's own function on the one in its place
 
 
-def read_stand_ins(stand_ins: StandIns) -> None:
-    """Make the export that is about to run read `stand_ins`, which are made once its frame is set.
+def read_stand_ins(stand_ins: StandIns, make: Callable[[], None]) -> None:
+    """Make the export that is about to run read `stand_ins`, which `make` makes once the frame is set.
 
     Raises AttributeError or ImportError where the exporter is built in another way.
     """
@@ -33,21 +31,12 @@ def read_stand_ins(stand_ins: StandIns) -> None:
 
     def save_with_stand_ins(context: bpy.types.Context, settings: dict) -> set[str]:
         export.save = save
-        settings["pre_export_callbacks"].append(lambda _settings: _make(stand_ins))
+        settings["pre_export_callbacks"].append(lambda _settings: make())
         with _reading(stand_ins, identifier):
             return save(context, settings)
 
     setattr(save_with_stand_ins, ORIGINAL, save)
     export.save = save_with_stand_ins
-
-
-def _make(stand_ins: StandIns) -> None:
-    for material in list(bpy.data.materials):
-        if holds_ours(material.node_tree):
-            try:
-                stand_ins.add(material)
-            except FAILURES as error:
-                report.add(material.name, f"is left as Blender has it: {error or type(error).__name__}")
 
 
 @contextmanager

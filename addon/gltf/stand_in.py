@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import bpy
 
 from ..material.read import Names, linked_output, read
+from ..material.surface import Loss
 from ..material.upgrade import current_name
 from ..nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group
 from ..nodes.graph import key_and_version
@@ -40,6 +41,18 @@ class Replaced:
     group: Group
     version: int
     principled: bpy.types.Node
+    groups: tuple[bpy.types.Node, ...]
+    """The group nodes of the stand-in that hold it, from the outside in."""
+
+    @property
+    def label(self) -> str:
+        """What the interface calls the node."""
+        return self.node.label or self.node.name
+
+    def has_no_place(self, socket: str) -> bool:
+        """Return whether an input of the node has no counterpart in the Principled BSDF."""
+        table = SOCKETS.get(self.group.key)
+        return (table.get(current_name(socket), "") if table else socket) not in self.principled.inputs
 
 
 @dataclass
@@ -49,6 +62,8 @@ class StandIn:
     material: bpy.types.Material
     groups: list[bpy.types.ShaderNodeTree] = field(default_factory=list)
     replaced: list[Replaced] = field(default_factory=list)
+    losses: list[Loss] = field(default_factory=list)
+    """What glTF cannot hold of it."""
 
 
 class StandIns:
@@ -61,12 +76,17 @@ class StandIns:
         """Return a new stand-in of `material`, which stays as it is."""
         made = StandIn(material.copy())
         try:
-            _replace(material.node_tree, made.material.node_tree, made)
+            _replace(material.node_tree, made.material.node_tree, (), made)
         except BaseException:
             _remove([made])
             raise
         self._by_material[material.session_uid] = made
         return made
+
+    @property
+    def made(self) -> list[StandIn]:
+        """All stand-ins."""
+        return list(self._by_material.values())
 
     def of(self, material: bpy.types.Material) -> StandIn | None:
         """Return the stand-in of `material`, or of the material that it is the evaluated copy of; None where it has none."""
@@ -74,7 +94,7 @@ class StandIns:
 
     def remove(self) -> None:
         """Remove all stand-ins from the open file."""
-        made = list(self._by_material.values())
+        made = self.made
         self._by_material.clear()
         _remove(made)
 
@@ -96,18 +116,20 @@ def _artists_group(node: bpy.types.Node) -> bpy.types.ShaderNodeTree | None:
     return node.node_tree if node.type == "GROUP" and not _ours(node) else None
 
 
-def _replace(original: bpy.types.ShaderNodeTree, copy: bpy.types.ShaderNodeTree, made: StandIn) -> None:
+def _replace(
+    original: bpy.types.ShaderNodeTree, copy: bpy.types.ShaderNodeTree, groups: tuple[bpy.types.Node, ...], made: StandIn
+) -> None:
     """Replace our groups in `copy`, a copy of the tree `original`, and in copies of the artist's groups in it."""
     for node in list(original.nodes):
         twin, group, artists = copy.nodes[node.name], _ours(node), _artists_group(node)
         if group:
             version = key_and_version(node)[1]
             version = int(version) if version.isdecimal() else group.version
-            made.replaced.append(Replaced(node, group, version, _principled(copy, twin, group, version)))
+            made.replaced.append(Replaced(node, group, version, _principled(copy, twin, group, version), groups))
         elif holds_ours(artists):
             twin.node_tree = artists.copy()
             made.groups.append(twin.node_tree)
-            _replace(artists, twin.node_tree, made)
+            _replace(artists, twin.node_tree, (*groups, twin), made)
 
 
 def _principled(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, group: Group, version: int) -> bpy.types.Node:
@@ -132,7 +154,7 @@ def _principled(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, group: Gro
         _halve(tree, principled.inputs["Specular IOR Level"])
     for link in list(node.outputs["BSDF"].links):
         tree.links.new(principled.outputs["BSDF"], link.to_socket).is_muted = link.is_muted
-    principled.mute = node.mute
+    principled.mute, principled.label = node.mute, node.label or node.name
     tree.nodes.remove(node)
     return principled
 

@@ -1,0 +1,336 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What glTF, as Blender's exporter writes it, can hold of what feeds the inputs of a Principled BSDF.
+
+A color or number can be a constant, an image, and for base color and alpha a color attribute, or their product. The exporter knows
+such a product only in the shape of its own importer, and takes the nearest image behind anything else without a word. So `arrange`
+links a product in that shape, and says what is none.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+import bpy
+
+from ..material.links import Place, source, upstream
+from ..material.surface import Loss
+
+# Inputs that the exporter writes, by what it can write of them.
+COLORS = {"Base Color", "Emission Color", "Specular Tint", "Sheen Tint"}
+NUMBERS = {
+    "Metallic",
+    "Roughness",
+    "Alpha",
+    "Specular IOR Level",
+    "Transmission Weight",
+    "Coat Weight",
+    "Coat Roughness",
+    "Sheen Roughness",
+}
+NORMALS = {"Normal", "Coat Normal"}
+CONSTANTS = {"IOR", "Emission Strength", "Sheen Weight"}
+ATTRIBUTES = {"Base Color", "Alpha"}  # the inputs for which it writes color attributes
+# Weights and the inputs that count only above 0 of them
+LAYERS: Mapping[str, tuple[str, ...]] = {
+    "Coat Weight": ("Coat Roughness", "Coat Normal"),
+    "Sheen Weight": ("Sheen Roughness", "Sheen Tint"),
+    "Emission Strength": ("Emission Color",),
+    "Specular IOR Level": ("Specular Tint",),
+}
+OWN_VALUE = "the socket's own value is written"
+
+
+class NotHeld(Exception):
+    """glTF cannot hold a link: `node` is the label of the node, `what` says what is lost."""
+
+    def __init__(self, place: Place, what: str) -> None:
+        super().__init__(what)
+        self.node, self.what = place.label, what
+
+
+@dataclass
+class Product:
+    """A constant times images and color attributes, given by the outputs that they come from."""
+
+    factor: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    images: list[Place] = field(default_factory=list)
+    attributes: list[Place] = field(default_factory=list)
+    is_arranged: bool = True
+    """Whether the exporter knows the nodes that multiply."""
+    constants: int = 0
+
+    def __mul__(self, other: "Product") -> "Product":
+        red, green, blue = (a * b for a, b in zip(self.factor, other.factor, strict=True))
+        return Product(
+            (red, green, blue),
+            self.images + other.images,
+            self.attributes + other.attributes,
+            self.is_arranged and other.is_arranged,
+            self.constants + other.constants,
+        )
+
+
+def is_in_use(principled: bpy.types.Node, name: str) -> bool:
+    """Return whether an input counts: one of a layer only where the layer's weight is linked or above 0."""
+    weight = next((weight for weight, inputs in LAYERS.items() if name in inputs), None)
+    socket = principled.inputs[weight] if weight else None
+    return socket is None or socket.is_linked or socket.default_value > 0.0
+
+
+def varies(place: Place) -> bool:
+    """Return whether images or color attributes feed an input."""
+    return any(output.node.type in ("TEX_IMAGE", "VERTEX_COLOR", "ATTRIBUTE") for output in upstream(place))
+
+
+def losses(principled: bpy.types.Node, groups: tuple[bpy.types.Node, ...]) -> Iterator[tuple[str, Loss]]:
+    """Arrange what feeds the inputs of `principled`, inside `groups`; yields the inputs that glTF cannot hold, and what is lost."""
+    for name in sorted(COLORS | NUMBERS | NORMALS | CONSTANTS):
+        place = Place(principled.inputs[name], groups)
+        if place.socket.is_linked and is_in_use(principled, name):
+            try:
+                _arrange(place, name)
+            except NotHeld as lost:
+                yield name, Loss(name, lost.node, lost.what, _instead(place, name))
+
+
+def _instead(place: Place, name: str) -> str:
+    """Return what is written instead of a link that glTF cannot hold: an image behind it, or the input's own value."""
+    from io_scene_gltf2.blender.exp.material.search_node_tree import FilterByType, NodeSocket, from_socket
+
+    wanted = bpy.types.ShaderNodeTexImage
+    tree, group_path = place.node.id_data, list(place.groups)
+    if name in NORMALS:  # the image of a height or of another space is no normal map
+        maps = [output for output in upstream(place) if output.node.type == "NORMAL_MAP" and output.node.space == "TANGENT"]
+        if not maps or maps[0].groups != place.groups:
+            tree.links.remove(place.socket.links[0])
+            return "the normal of the mesh is written"
+        tree.links.new(maps[0].socket, place.socket)
+    if name not in CONSTANTS:
+        found = from_socket(NodeSocket(place.socket, [tree, *group_path]), FilterByType(wanted))
+        if found and found[0].shader_node.image:
+            return f"the image {found[0].shader_node.image.name} is written without it"
+    tree.links.remove(place.socket.links[0])
+    return OWN_VALUE
+
+
+def _arrange(place: Place, name: str) -> None:
+    if name in NORMALS:
+        _check_normal(place)
+        return
+    if name == "Alpha":
+        place = _below_clip(place)
+    product = _product(place)
+    if name in CONSTANTS and product.images:
+        raise NotHeld(product.images[0], "an image")
+    if product.attributes and name not in ATTRIBUTES:
+        raise NotHeld(product.attributes[0], "a color attribute")
+    for images, what in ((product.images, "a product of images"), (product.attributes, "a product of color attributes")):
+        if len(images) > 1:
+            raise NotHeld(images[1], what)
+    for image in product.images:
+        check_image(image.node, image.groups, is_color=name in COLORS)
+    if not product.is_arranged or product.constants > 1:
+        _link(place, product)
+
+
+def _product(place: Place) -> Product:
+    """Return what feeds an input as a product. Raises NotHeld where it is none."""
+    origin = source(place)
+    socket, node = origin.socket, origin.node
+    if not socket.is_output:
+        return Product(_triple(socket.default_value), constants=1)
+    if node.mute:
+        raise NotHeld(origin, f"the muted node {node.bl_label}")
+    match node.bl_idname:
+        case "ShaderNodeValue" | "ShaderNodeRGB":
+            return Product(_triple(socket.default_value), constants=1)
+        case "ShaderNodeTexImage":
+            return Product(images=[origin])
+        case "ShaderNodeVertexColor":
+            return Product(attributes=[origin])
+        case "ShaderNodeAttribute" if node.attribute_type == "GEOMETRY" and socket.name in ("Color", "Vector", "Alpha"):
+            return Product(attributes=[origin])
+        case "ShaderNodeSeparateColor" if node.mode == "RGB":
+            inner = _product(origin.input(0))
+            if inner.images and not inner.attributes and not inner.constants:
+                return Product(images=[origin])
+        case "ShaderNodeMix" if node.data_type == "RGBA" and node.blend_type == "MULTIPLY" and not node.clamp_result:
+            factor, first, second = (Place(node.inputs[name], origin.groups) for name in (0, 6, 7))
+            weight = _product(factor)
+            if not weight.images and not weight.attributes:
+                return _mixed(_product(first), _product(second), weight.factor[0], not source(factor).socket.is_output)
+        case "ShaderNodeMath" if node.operation == "MULTIPLY" and not node.use_clamp:
+            return _product(origin.input(0)) * _product(origin.input(1))
+        case "ShaderNodeVectorMath" if node.operation in ("MULTIPLY", "SCALE"):
+            factor = origin.input("Scale" if node.operation == "SCALE" else 1)
+            return _product(origin.input(0)) * _product(factor) * Product(is_arranged=False)
+    raise NotHeld(origin, f"the node {node.bl_label}")
+
+
+def _mixed(first: Product, second: Product, weight: float, is_plain: bool) -> Product:
+    """Return `first` times `second`, by a `weight` below 1 times the mean of `second`, which then must be constant, and 1."""
+    if weight == 1.0:
+        return first * second * Product(is_arranged=is_plain)
+    if second.images or second.attributes:
+        raise ValueError("a product in part")
+    red, green, blue = (1.0 - weight + weight * channel for channel in second.factor)
+    return first * Product((red, green, blue), is_arranged=False)
+
+
+def _triple(value: float | bpy.types.bpy_prop_array) -> tuple[float, float, float]:
+    if isinstance(value, (float, int)):
+        return float(value), float(value), float(value)
+    red, green, blue = value[:3]
+    return red, green, blue
+
+
+def _link(place: Place, product: Product) -> None:
+    """Link `product` to an input in the shape that the exporter knows: an image times a constant, times a color attribute."""
+    socket, tree = place.socket, place.node.id_data
+    sources = product.images + product.attributes
+    for output in sources:
+        if output.groups != place.groups:
+            raise NotHeld(output, "an image or color attribute inside a node group, which is multiplied,")
+    for link in list(socket.links):
+        tree.links.remove(link)
+    is_color = socket.type == "RGBA"
+    if not sources:
+        socket.default_value = (*product.factor, 1.0) if is_color else product.factor[0]
+        return
+    factors = [*([product.factor] if product.factor != (1.0, 1.0, 1.0) else []), *(output.socket for output in sources[1:])]
+    result = sources[0].socket
+    for factor in factors:
+        result = _times(tree, result, factor, is_color)
+    tree.links.new(result, socket)
+
+
+def _times(
+    tree: bpy.types.ShaderNodeTree,
+    output: bpy.types.NodeSocket,
+    factor: bpy.types.NodeSocket | tuple[float, float, float],
+    is_color: bool,
+) -> bpy.types.NodeSocket:
+    """Return the output of a new node that multiplies `output` by `factor`."""
+    node = tree.nodes.new("ShaderNodeMix" if is_color else "ShaderNodeMath")
+    if is_color:
+        node.data_type, node.blend_type, node.inputs[0].default_value = "RGBA", "MULTIPLY", 1.0
+        first, second, result = node.inputs[6], node.inputs[7], node.outputs[2]
+    else:
+        node.operation = "MULTIPLY"
+        first, second, result = node.inputs[0], node.inputs[1], node.outputs[0]
+    tree.links.new(output, first)
+    if isinstance(factor, bpy.types.NodeSocket):
+        tree.links.new(factor, second)
+    else:
+        second.default_value = (*factor, 1.0) if is_color else factor[0]
+    return result
+
+
+def _constant(place: Place) -> float | None:
+    """Return the value of an input where the exporter reads one: its own, or that of a Value node."""
+    origin = source(place)
+    return origin.socket.default_value if not origin.socket.is_output or origin.node.type == "VALUE" else None
+
+
+def _below_clip(place: Place) -> Place:
+    """Return the input below a cutoff of the alpha, in the shapes that the exporter knows; `place` where there is none."""
+    node = source(place)
+    if not node.socket.is_output or node.node.type != "MATH":
+        return place
+    if node.node.operation == "ROUND":
+        return node.input(0)
+    if node.node.operation == "SUBTRACT" and _constant(node.input(0)) == 1.0:
+        inner = source(node.input(1))
+        is_below = inner.socket.is_output and inner.node.type == "MATH"
+        return (is_below and _compared(inner, "LESS_THAN", "GREATER_THAN")) or place
+    return _compared(node, "GREATER_THAN", "LESS_THAN") or place
+
+
+def _compared(node: Place, operation: str, reverse: str) -> Place | None:
+    """Return what a node compares to a constant: the first input by `operation`, or the second by its `reverse`."""
+    for wanted, own, other in ((operation, 0, 1), (reverse, 1, 0)):
+        if node.node.operation == wanted and _constant(node.input(other)) is not None and _constant(node.input(own)) is None:
+            return node.input(own)
+    return None
+
+
+def _check_normal(place: Place) -> None:
+    """Raise NotHeld where a normal is anything but an image's, in tangent space."""
+    node = source(place)
+    if node.node.bl_idname != "ShaderNodeNormalMap" or not node.socket.is_output:
+        raise NotHeld(node, f"the node {node.node.bl_label}")
+    if node.node.space != "TANGENT":
+        raise NotHeld(node, "a normal map in another than tangent space")
+    if node.node.convention != "OPENGL":
+        raise NotHeld(node, "DirectX's direction of green")
+    if node.input("Strength").socket.is_linked:
+        raise NotHeld(node, "a linked strength")
+    product = _product(node.input("Color"))
+    if len(product.images) != 1 or product.attributes or product.constants:
+        raise NotHeld(node, "a normal map that is not an image alone")
+    check_image(product.images[0].node, product.images[0].groups, is_color=False)
+
+
+def check_image(node: bpy.types.Node, groups: tuple[bpy.types.Node, ...], is_color: bool) -> None:
+    """Raise NotHeld where glTF cannot hold an image node, for a color or for data."""
+    place = Place(node.inputs["Vector"], groups)
+    image = node.image
+    if image is None:
+        raise NotHeld(place, "an image node without an image")
+    if image.source in ("SEQUENCE", "MOVIE"):
+        raise NotHeld(place, f"the {image.source.lower()} {image.name}")
+    if node.projection != "FLAT":
+        raise NotHeld(place, f"{node.projection.capitalize()} projection of the image {image.name}")
+    if node.extension == "CLIP":
+        raise NotHeld(place, f"the clipped edge of the image {image.name}")
+    if image.colorspace_settings.is_data == is_color and not image.is_float:
+        kind = (
+            "Non-Color, but glTF reads it as sRGB" if is_color else f"{image.colorspace_settings.name}, but glTF reads it as data"
+        )
+        raise NotHeld(place, f"the image {image.name}, which is {kind},")
+    _check_coordinates(place)
+
+
+def _check_coordinates(place: Place) -> None:
+    """Raise NotHeld where coordinates are anything but a UV map, moved, turned and scaled in its plane at most once."""
+    node = _below_wrap(source(place), place)
+    if not node.socket.is_output:
+        return
+    if node.node.bl_idname == "ShaderNodeMapping":
+        _check_mapping(node)
+        node = source(node.input("Vector"))
+    match node.node.bl_idname, node.socket.name:
+        case ("ShaderNodeUVMap", _) | ("ShaderNodeTexCoord", "UV"):
+            return
+        case "ShaderNodeAttribute", _ if node.node.attribute_type == "GEOMETRY":
+            return
+    if node.socket.is_output:
+        raise NotHeld(node, f"an image mapped by the output {node.socket.name} of the node {node.node.bl_label}")
+
+
+def _below_wrap(node: Place, place: Place) -> Place:
+    """Return what lies below the nodes that make the two directions wrap in different ways, where the exporter knows them."""
+    from io_scene_gltf2.blender.exp.sampler import detect_manual_uv_wrapping
+
+    if node.node.bl_idname == "ShaderNodeCombineXYZ" and detect_manual_uv_wrapping(place.node, [place.node.id_data, *place.groups]):
+        split = source(node.input("X"))
+        split = split if split.node.bl_idname == "ShaderNodeSeparateXYZ" else source(split.input(0))
+        return source(split.input(0))
+    return node
+
+
+def _check_mapping(node: Place) -> None:
+    values = {}
+    for name in ("Location", "Rotation", "Scale"):
+        socket = node.node.inputs[name]
+        if socket.enabled and socket.is_linked:
+            raise NotHeld(node, f"a linked {name}")
+        values[name] = tuple(socket.default_value)
+    turn, scale = values["Rotation"], values["Scale"]
+    if node.node.vector_type == "NORMAL":
+        raise NotHeld(node, "a Mapping node of type Normal")
+    if turn[0] or turn[1]:
+        raise NotHeld(node, "a rotation out of the UV map's plane")
+    quarter = math.isclose(math.sin(2.0 * turn[2]), 0.0, abs_tol=1e-6)
+    if node.node.vector_type == "TEXTURE" and scale[0] != scale[1] and not quarter:
+        raise NotHeld(node, "a scale along turned axes")

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What of a material is not in its glTF file, besides what feeds the inputs that are written (`inputs.py`)."""
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+import bpy
+
+from ..blender import fcurves
+from ..material.links import Place, source
+from ..material.surface import Loss
+from .inputs import OWN_VALUE
+from .stand_in import Replaced, StandIn
+
+if TYPE_CHECKING:
+    from io_scene_gltf2.io.com.gltf2_io import Material
+
+# Inputs whose layer is lost where the exporter has not written its extension
+LAYERS: Mapping[str, str] = {
+    "Subsurface Weight": "",
+    "Transmission Weight": "KHR_materials_transmission",
+    "Coat Weight": "KHR_materials_clearcoat",
+    "Sheen Weight": "KHR_materials_sheen",
+    "Anisotropic": "KHR_materials_anisotropy",
+    "Thin Film Thickness": "KHR_materials_iridescence",
+}
+# Inputs that glTF fixes: their values there, and the weight without which they do not count
+FIXED: Mapping[str, tuple[tuple[float, ...], str]] = {
+    "Coat IOR": ((1.5,), "Coat Weight"),
+    "Coat Tint": ((1.0, 1.0, 1.0), "Coat Weight"),
+}
+
+
+def is_used(socket: bpy.types.NodeSocket) -> bool:
+    """Return whether a weight is linked or above 0."""
+    return socket.is_linked or socket.default_value > 0.0
+
+
+def of_layers(gltf_material: "Material", replaced: Replaced) -> Iterator[Loss]:
+    """Yield a loss for each layer that a material has and glTF has not."""
+    inputs = replaced.principled.inputs
+    for name, extension in LAYERS.items():
+        if is_used(inputs[name]) and extension not in gltf_material.extensions:
+            yield Loss(name, replaced.label, "the layer", "what lies below is written")
+    for name, (neutral, weight) in FIXED.items():
+        value = inputs[name].default_value
+        own = tuple(value)[:3] if inputs[name].type == "RGBA" else (value,)
+        if is_used(inputs[weight]) and (
+            inputs[name].is_linked or any(abs(a - b) > 1e-6 for a, b in zip(own, neutral, strict=True))
+        ):
+            yield Loss(name, replaced.label, "another value than glTF's", f"{neutral[0]:g} is meant")
+
+
+def of_node(replaced: Replaced) -> Iterator[Loss]:
+    """Yield a loss for each link that has no place in a Principled BSDF as glTF has it, and for what is animated."""
+    node = replaced.node
+    for socket in node.inputs:
+        if socket.is_linked and replaced.has_no_place(socket.name):
+            yield Loss(socket.name, replaced.label, "the link", OWN_VALUE)
+    animated = {fcurves.input_of(curve) for curve in fcurves.of_node(node.id_data, node)}
+    frame = bpy.context.scene.frame_current
+    for index in sorted(index for index in animated if index is not None):
+        yield Loss(node.inputs[index].name, replaced.label, "animation", f"the value at frame {frame} is written")
+
+
+def of_output(gltf_material: "Material", stand_in: StandIn, written: bpy.types.Node) -> Iterator[Loss]:
+    """Yield a loss where the node `written`, a Principled BSDF, is not all of a material."""
+    output = stand_in.material.node_tree.get_output_node("ALL")
+    place = closure(Place(output.inputs["Surface"]))
+    if place.node != written:
+        yield Loss("", place.label, f"the node {place.node.bl_label}", f"{written.label or written.name} alone is written")
+    if output.inputs["Displacement"].is_linked:
+        yield Loss("", output.name, "displacement", "the mesh is written as it is")
+    if output.inputs["Volume"].is_linked and "KHR_materials_volume" not in gltf_material.extensions:
+        yield Loss("", output.name, "the volume", "the surface alone is written")
+
+
+def closure(place: Place) -> Place:
+    """Return where a closure comes from, below sums with an emission, which the exporter writes."""
+    origin = source(place)
+    if origin.socket.is_output and origin.node.bl_idname == "ShaderNodeAddShader":
+        terms = [closure(origin.input(index)) for index in (0, 1)]
+        others = [term for term in terms if term.node.bl_idname != "ShaderNodeEmission"]
+        if len(others) == 1:
+            return others[0]
+    return origin
