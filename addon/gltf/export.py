@@ -5,7 +5,7 @@ glTF has Lambert and one GGX lobe, as UsdPreviewSurface does, so it gets the sam
 coat as the lobe. Without a coat KHR_materials_specular switches the lobe off.
 """
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -42,7 +42,7 @@ class Export:
 
     def _make(self) -> None:
         for material in list(bpy.data.materials):
-            if holds_ours(material.node_tree):
+            if material.node_tree and holds_ours(material.node_tree):
                 with _guarded(material):
                     _arrange(self._stand_ins.add(material))
 
@@ -64,7 +64,7 @@ class Export:
 
 
 @contextmanager
-def _guarded(material: bpy.types.Material) -> Iterator[None]:
+def _guarded(material: bpy.types.Material) -> Generator[None]:
     try:
         yield
     except FAILURES as error:

@@ -9,7 +9,7 @@ interrupt. Stand-ins are data-blocks of the open file while the export runs; mak
 changed nor makes an undo step.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 
 import bpy
@@ -40,7 +40,7 @@ def read_stand_ins(stand_ins: StandIns, make: Callable[[], None]) -> None:
 
 
 @contextmanager
-def _reading(stand_ins: StandIns, identifier: Callable) -> Iterator[None]:
+def _reading(stand_ins: StandIns, identifier: Callable) -> Generator[None]:
     """Have the exporter reach a material's nodes through its stand-in; removes the stand-ins at the end."""
     from io_scene_gltf2.blender.exp.material import materials
 

@@ -103,9 +103,10 @@ def _remove(made: list[StandIn]) -> None:
     bpy.data.batch_remove([block for stand_in in made for block in (stand_in.material, *stand_in.groups)])
 
 
-def holds_ours(tree: bpy.types.ShaderNodeTree | None) -> bool:
+def holds_ours(tree: bpy.types.ShaderNodeTree) -> bool:
     """Return whether `tree`, or an artist's group in it, holds one of our groups."""
-    return tree is not None and any(_ours(node) or holds_ours(_artists_group(node)) for node in tree.nodes)
+    groups = map(_artists_group, tree.nodes)
+    return any(map(_ours, tree.nodes)) or any(holds_ours(group) for group in groups if group)
 
 
 def _ours(node: bpy.types.Node) -> Group | None:
@@ -126,7 +127,7 @@ def _replace(
             version = key_and_version(node)[1]
             version = int(version) if version.isdecimal() else group.version
             made.replaced.append(Replaced(node, group, version, _principled(copy, twin, group, version), groups))
-        elif holds_ours(artists):
+        elif artists and holds_ours(artists):
             twin.node_tree = artists.copy()
             made.groups.append(twin.node_tree)
             _replace(artists, twin.node_tree, (*groups, twin), made)
