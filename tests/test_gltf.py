@@ -2,7 +2,9 @@
 """glTF: our materials as Blender's exporter writes them."""
 
 import json
+import shutil
 import struct
+import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -18,6 +20,19 @@ from true_diffuse.addon.material.convert import convert_materials
 from true_diffuse.addon.material.read import group_node
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 
+ROOT = Path(__file__).resolve().parent.parent
+VALIDATOR = "gltf-validator@2.0.0-dev.3.10"
+# Prints the errors that Khronos' validator finds in the files that it is given
+VALIDATE = """
+const validator = require("gltf-validator"), fs = require("fs"), path = require("path");
+const bytes = file => new Uint8Array(fs.readFileSync(file));
+const check = async file => {
+  const externalResourceFunction = async uri => bytes(path.join(path.dirname(file), decodeURIComponent(uri)));
+  const report = await validator.validateBytes(bytes(file), { externalResourceFunction });
+  return report.issues.messages.filter(issue => issue.severity === 0).map(issue => `${issue.pointer}: ${issue.message}`);
+};
+Promise.all(process.argv.slice(1).map(check)).then(found => console.log(JSON.stringify(found.flat())));
+"""
 COLOR = (0.9, 0.5, 0.1, 1.0)
 
 
@@ -84,6 +99,32 @@ def export(path: Path, **options: object) -> dict:
     assert bpy.ops.export_scene.gltf(filepath=str(path), **options) == {"FINISHED"}
     data = path.read_bytes()
     return json.loads(data[20 : 20 + struct.unpack("<I", data[12:16])[0]])
+
+
+@pytest.fixture(scope="session")
+def validator() -> Path:
+    """The folder with Khronos' glTF validator, which npm fetches once; without node or the package the test is skipped."""
+    folder = ROOT / "build" / "npm"
+    if not shutil.which("node") or not shutil.which("npm"):
+        pytest.skip("glTF files are not validated: no node and npm here")
+    if not (folder / "node_modules" / "gltf-validator").is_dir():
+        folder.mkdir(parents=True, exist_ok=True)
+        command = ["npm", "install", "--prefix", str(folder), "--no-audit", "--no-fund", VALIDATOR]
+        result = subprocess.run(command, capture_output=True, text=True, check=False)
+        if result.returncode:
+            pytest.skip(f"glTF files are not validated: npm has no {VALIDATOR}")
+    return folder
+
+
+def errors(validator: Path, *files: Path) -> list[str]:
+    """Return the errors that Khronos' validator finds."""
+    command = ["node", "-e", VALIDATE, "--", *map(str, files)]
+    return json.loads(subprocess.run(command, capture_output=True, text=True, check=True, cwd=validator).stdout)
+
+
+def test_the_validator_finds_errors(validator: Path, tmp_path: Path) -> None:
+    (tmp_path / "wrong.gltf").write_text('{"asset": {"version": "2.0"}, "materials": [{"alphaMode": "HALF"}], "scene": 3}')
+    assert len(errors(validator, tmp_path / "wrong.gltf")) >= 1
 
 
 def by_name(document: dict) -> dict[str, dict]:
@@ -342,8 +383,22 @@ def test_nothing_is_lost_that_the_unconverted_material_has(tmp_path: Path) -> No
     options = {"export_tangents": True}
     before = by_name(export(tmp_path / "before.glb", **options))
     convert_materials(made, 1.0)
+    report.take()
     after = by_name(export(tmp_path / "after.glb", **options))
     assert {name: part for name in BUILDS if (part := lost(before[name], after[name]))}.keys() == NOT_CONVERTED
+
+
+def test_the_validator_finds_no_error_in_converted_materials(tmp_path: Path, validator: Path) -> None:
+    made = [native(name) for name in BUILDS]
+    convert_materials(made, 1.0)
+    for material in made:
+        detailed(show(material))
+    options = {"export_tangents": True, "export_unused_textures": True, "export_unused_images": True}
+    export(tmp_path / "one.glb", export_tangents=True)
+    export(tmp_path / "all.glb", **options)
+    files = [tmp_path / "one.glb", tmp_path / "all.glb", tmp_path / "parts.gltf"]
+    bpy.ops.export_scene.gltf(filepath=str(files[2]), export_format="GLTF_SEPARATE", **options)
+    assert errors(validator, *files) == []
 
 
 def test_the_file_is_as_it_was_after_an_export_and_after_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -414,6 +469,97 @@ def test_a_tinted_image_is_scaled_by_the_average_albedo(tmp_path: Path) -> None:
     written = by_name(export(tmp_path / "one.glb"))["EON"]["pbrMetallicRoughness"]
     scale = models.average_albedo(models.Eon(0.4), 0.5, order=16) / 0.5
     assert written["baseColorFactor"] == pytest.approx([0.5 * scale, 0.25 * scale, scale, 1.0], rel=1e-4)
+
+
+def test_a_group_of_ours_inside_the_artist_s_group_is_written(tmp_path: Path) -> None:
+    inner = bpy.data.node_groups.new("Artist", "ShaderNodeTree")
+    inner.interface.new_socket("Tint", in_out="INPUT", socket_type="NodeSocketColor")
+    inner.interface.new_socket("Surface", in_out="OUTPUT", socket_type="NodeSocketShader")
+    start, end = inner.nodes.new("NodeGroupInput"), inner.nodes.new("NodeGroupOutput")
+    node = materials.add_group(inner, ROUGH_DIFFUSE)
+    node.inputs["Model"].default_value = "Lambert"
+    inner.links.new(start.outputs["Tint"], node.inputs["Color"])
+    inner.links.new(node.outputs["BSDF"], end.inputs["Surface"])
+    for name, has_image in (("Image", True), ("Value", False)):
+        material = bpy.data.materials.new(name)
+        outer = add(material, "Group", node_tree=inner)
+        outer.inputs["Tint"].default_value = COLOR
+        if has_image:
+            material.node_tree.links.new(image_node(material, "base").outputs["Color"], outer.inputs["Tint"])
+        material.node_tree.links.new(outer.outputs["Surface"], material.node_tree.get_output_node("ALL").inputs["Surface"])
+        show(material)
+    written = by_name(export(tmp_path / "one.glb"))
+    assert written["Image"]["pbrMetallicRoughness"]["baseColorTexture"]["image"] == "base"
+    assert written["Value"]["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx(COLOR)
+    assert report.take() == [] and list(bpy.data.node_groups).count(inner) == 1
+    assert len([group for group in bpy.data.node_groups if group.name.startswith("Artist")]) == 1
+
+
+def mix_shader(material: bpy.types.Material, kind: str, factor: object) -> None:
+    """Put a mix of a new closure and what was the surface at the output of `material`."""
+    output = material.node_tree.get_output_node("ALL").inputs["Surface"]
+    other = add(material, kind).outputs["BSDF"]
+    material.node_tree.links.new(add(material, "MixShader", factor, other, output.links[0].from_socket).outputs["Shader"], output)
+
+
+def test_a_mix_of_closures_is_said(tmp_path: Path) -> None:
+    material = rough("Lambert")
+    mix_shader(material, "BsdfGlossy", 0.5)
+    show(material)
+    written = by_name(export(tmp_path / "one.glb"))["Lambert"]
+    assert written["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx(COLOR)
+    assert report.take() == [
+        "True Diffuse: Lambert: the node Mix Shader (Mix Shader) is not supported, Rough Diffuse alone is written"
+    ]
+
+
+def test_an_emission_beside_our_group_is_written(tmp_path: Path) -> None:
+    material = rough("Lambert", Quality="Precise")
+    output = material.node_tree.get_output_node("ALL").inputs["Surface"]
+    glow = add(material, "Emission", (1.0, 0.5, 0.25, 1.0), 2.0).outputs["Emission"]
+    material.node_tree.links.new(add(material, "AddShader", output.links[0].from_socket, glow).outputs["Shader"], output)
+    show(material)
+    written = by_name(export(tmp_path / "one.glb"))["Lambert"]
+    assert written["emissiveFactor"] == pytest.approx([1.0, 0.5, 0.25])
+    assert written["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] == pytest.approx(2.0)
+    assert report.take() == []
+
+
+def test_materials_of_variants_and_of_several_meshes_are_written_once(tmp_path: Path, validator: Path) -> None:
+    first, second = rough("Lambert"), rough("EON")
+    item, _ = show(first), show(first)
+    preferences = bpy.context.preferences.addons["io_scene_gltf2"].preferences
+    preferences.KHR_materials_variants_ui = True
+    try:
+        bpy.context.scene.gltf2_KHR_materials_variants_variants.add().name = "Rough"
+        choice = item.data.gltf2_variant_mesh_data.add()
+        choice.material_slot_index, choice.material = 0, second
+        choice.variants.add().variant.variant_idx = 0
+        document = export(tmp_path / "one.glb")
+    finally:
+        preferences.KHR_materials_variants_ui = False
+    assert sorted(material["name"] for material in document["materials"]) == ["EON", "Lambert"]
+    base = by_name(document)["EON"]["pbrMetallicRoughness"]["baseColorFactor"]
+    expected = [models.average_albedo(models.Eon(0.4), rho, order=16) for rho in COLOR[:3]]
+    assert base == pytest.approx([*expected, 1.0], rel=1e-4)
+    assert errors(validator, tmp_path / "one.glb") == []
+
+
+def test_a_material_linked_from_another_file_is_written(tmp_path: Path) -> None:
+    material = rough("Lambert")
+    link_image(material, "Color", "base")
+    show(material)
+    bpy.data.libraries.write(str(tmp_path / "library.blend"), {material})
+    addon = bpy.context.preferences.addons.get("true_diffuse")
+    assert addon
+    for block in (*bpy.data.materials, *bpy.data.meshes, *bpy.data.images):
+        bpy.data.batch_remove([block])
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, wanted):
+        wanted.materials = ["Lambert"]
+    show(wanted.materials[0])
+    written = by_name(export(tmp_path / "one.glb"))["Lambert"]
+    assert written["pbrMetallicRoughness"]["baseColorTexture"]["image"] == "base"
+    assert [block.library is not None for block in bpy.data.materials] == [True]
 
 
 def test_has_color_and_roughness(tmp_path: Path) -> None:
