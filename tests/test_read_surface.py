@@ -230,3 +230,20 @@ def test_surface_refuses_an_unknown_parameter():
     with pytest.raises(KeyError):
         Surface("lambert")["shininess"]
     assert Surface("lambert")["opacity"] == Constant(PARAMETERS["opacity"])
+
+
+def test_mix_by_the_light_path_is_what_the_camera_sees(material):
+    rays = material.node("ShaderNodeLightPath")
+    diffuse, light = material.node("ShaderNodeBsdfDiffuse"), material.node("ShaderNodeEmission")
+    mix = material.mix("ShaderNodeMixShader", light, diffuse)
+    material.tree.links.new(rays.outputs["Is Camera Ray"], mix.inputs["Factor"])
+    surface, _ = material.read(mix)
+    assert surface.inputs == {} and len(read_surface(material.material).notes) == 1
+
+
+def test_keyed_input_is_noted(material):
+    node = material.node("ShaderNodeBsdfPrincipled")
+    node.inputs["Roughness"].keyframe_insert("default_value", frame=1)
+    material.read(node)
+    (note,) = read_surface(material.material).notes
+    assert note == "keyed or driven: its value at this frame counts (Principled BSDF)"

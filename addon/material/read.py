@@ -213,6 +213,8 @@ class Reading:
     surface: Surface
     losses: list[Loss] = field(default_factory=list)
     """What the surface does not hold."""
+    notes: list[str] = field(default_factory=list)
+    """What a file that is written once cannot follow: animated values."""
     images: dict[str, bpy.types.Image] = field(default_factory=dict)
     """The images that expressions name."""
     places: dict[str, Place] = field(default_factory=dict)
@@ -228,4 +230,5 @@ def read_surface(material: bpy.types.Material, unit: float = 1.0, target: str = 
     reader = ClosureReader(unit)
     surface = material_surface(material, target, reader)
     losses = list(dict.fromkeys(reader.losses))
-    return Reading(surface, losses, reader.nodes.images, reader.places)
+    notes = [f"{what} ({node})" for node, what in reader.nodes.notes]
+    return Reading(surface, losses, notes, reader.nodes.images, reader.places)

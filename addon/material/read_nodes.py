@@ -225,6 +225,17 @@ def _geometry(_reader: NodeReader, output: Place) -> Expression:
     return Coordinate(name.lower().replace(" ", "_"))
 
 
+def _light_path(reader: NodeReader, output: Place) -> Expression:
+    """Read what the camera sees: a surface has one appearance for all rays."""
+    name = output.socket.name
+    if name in ("Ray Length", "Is Singular Ray"):
+        raise unsupported(output)
+    reader.notes += (
+        [note] if (note := (output.label, "other than the camera's rays see what the camera does")) not in reader.notes else []
+    )
+    return Constant(float(name == "Is Camera Ray"))
+
+
 def _color_attribute(_reader: NodeReader, output: Place) -> Expression:
     return Attribute(output.node.layer_name, "alpha" if output.socket.identifier == "Alpha" else "color")
 
@@ -422,6 +433,7 @@ READERS: Mapping[str, Callable[[NodeReader, Place], Expression]] = {
     "ShaderNodeUVMap": _uv_map,
     "ShaderNodeTexCoord": _texture_coordinate,
     "ShaderNodeNewGeometry": _geometry,
+    "ShaderNodeLightPath": _light_path,
     "ShaderNodeVertexColor": _color_attribute,
     "ShaderNodeAttribute": _attribute,
     "ShaderNodeMath": _math,
