@@ -25,7 +25,7 @@ ORDER = (
     ("scripts/characters",),
     ("scripts/studies",),
     ("scripts/cli",),
-    ("scripts/farm", "scripts/fit"),
+    ("scripts/census", "scripts/farm", "scripts/fit"),
     ("scripts/release",),
     ("scripts",),
     ("tests",),

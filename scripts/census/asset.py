@@ -13,11 +13,12 @@ from true_diffuse.addon.blender import report
 from true_diffuse.addon.material.convert import convert_materials
 from true_diffuse.scripts.census import features, gltf_file, usd_file
 from true_diffuse.scripts.census.features import MaterialFacts
-from true_diffuse.scripts.census.values import Value
+from true_diffuse.scripts.census.table import TARGETS
+from true_diffuse.scripts.census.values import PLACES, Place, Value
 from true_diffuse.scripts.census.verdict import Verdict, judge, poorer
 
-TARGETS = {"realtime": "Realtime", "materialx": "USD MaterialX", "preview": "USD Preview", "gltf": "glTF"}
-# Channels that UsdPreviewSurface has no input for, and channels that glTF has no property for: a line has to say so all the same
+# Channels that are not the target's: occlusion means nothing to Blender, which has it for glTF alone; USD's culling is the mesh's
+NOT_JUDGED = {"realtime": {"occlusion", "culling"}, "materialx": {"occlusion", "culling"}, "preview": {"occlusion", "culling"}}
 REPLACEMENT_SIZE = 8  # pixels, of the image in place of one whose file is missing
 NEUTRAL = (0.5, 0.5, 0.5, 1.0)
 
@@ -43,6 +44,7 @@ def examine(path: Path, folder: Path) -> dict[str, Any]:
     """Return the record of one asset, for JSON; `folder` is for the files that are written. Raises AssetError."""
     import true_diffuse
 
+    bpy.utils.expose_bundled_modules()  # before any export, so that all use one copy of pxr
     _open(path)
     missing = _prepare_images()
     subjects = _subjects()
@@ -51,6 +53,7 @@ def examine(path: Path, folder: Path) -> dict[str, Any]:
     materials = {subject.name: subject for subject in subjects}
     before = _exports(folder / "before")
     true_diffuse.register()
+    bpy.context.preferences.addons.new().module = true_diffuse.__name__  # where Blender's glTF exporter looks for extensions
     report.take()
     converted = convert_materials([bpy.data.materials[name] for name in materials], bpy.context.scene.unit_settings.scale_length)
     realtime, realtime_lines = _realtime(materials)
@@ -63,23 +66,20 @@ def examine(path: Path, folder: Path) -> dict[str, Any]:
 def _record(subject: Subject, lines: Sequence[str], is_converted: bool, before: "Exports", after: "Exports") -> dict[str, Any]:
     said = _of(lines, subject.name)
     channels = subject.facts.channels
+    same_as = subject.facts.same_as
+    expected = {name: [value, *([same_as[name]] if name in same_as else [])] for name, value in channels.items()}
     verdicts: dict[str, dict[str, str]] = {}
     lost: dict[str, list[str]] = {}
-    for target in TARGETS:
-        held = after.held.get(target)
-        if held is None:
-            continue
-        target_lines = [*said, *_of(after.lines.get(target, ()), subject.name)]
-        mine = held.get(subject.name)
-        verdicts[target] = {}
-        for channel, expected in channels.items():
-            found = None if mine is None else mine.get(channel)
-            verdicts[target][channel] = judge(channel, expected, found, target_lines, subject.uv_maps) if _is_asked(after, target) else Verdict.NONE
-        verdicts[target]["culling"] = Verdict.NONE
+    for target, held in after.held.items():
+        target_lines = [*said, *_of(after.lines[target], subject.name)]
+        mine = held.get(subject.name, {})
+        verdicts[target] = {
+            channel: judge(channel, values, mine.get(channel), target_lines, subject.uv_maps)
+            for channel, values in expected.items()
+            if channel not in NOT_JUDGED.get(target, ())
+        }
         verdicts[target]["surface"] = _worst(verdicts[target])
-        native = before.held.get(target, {}).get(subject.name)
-        if native:
-            lost[target] = poorer(channels, native, mine or {}, subject.uv_maps)
+        lost[target] = poorer(expected, before.held.get(target, {}).get(subject.name, {}), mine, subject.uv_maps)
     return {
         "name": subject.own_name,
         "closures": subject.facts.notes,
@@ -89,15 +89,18 @@ def _record(subject: Subject, lines: Sequence[str], is_converted: bool, before: 
         "verdicts": verdicts,
         "poorer": lost,
         "held": {
-            target: {channel: [_shown(value) for value in values] for channel, values in held.get(subject.name, {}).items() if channel in channels}
+            target: {
+                channel: [_shown(value) for value in values]
+                for channel, values in held.get(subject.name, {}).items()
+                if channel in channels
+            }
             for target, held in after.held.items()
         },
-        "lines": [*said, *(f"{TARGETS[target]}: {line}" for target, given in after.lines.items() for line in _of(given, subject.name))],
+        "lines": [
+            *said,
+            *(f"{TARGETS[target]}: {line}" for target, given in after.lines.items() for line in _of(given, subject.name)),
+        ],
     }
-
-
-def _is_asked(after: "Exports", target: str) -> bool:
-    return target in after.held
 
 
 def _worst(verdicts: Mapping[str, str]) -> Verdict:
@@ -107,7 +110,10 @@ def _worst(verdicts: Mapping[str, str]) -> Verdict:
 
 def _shown(value: Value) -> str:
     """Return a value in words."""
-    parts = [f"{use.image}.{use.channel}{f' by {use.uv_map}' if use.uv_map else ''}{_moved(use.places)}" for use in sorted(value.images, key=repr)]
+    parts = [
+        f"{use.image}.{use.channel}{f' by {use.uv_map}' if use.uv_map else ''}{_moved(use.places)}"
+        for use in sorted(value.images, key=repr)
+    ]
     parts += [f"attribute {name!r}" for name in sorted(value.attributes)]
     parts += [f"<{name}>" for name in sorted(value.operations)]
     if value.is_constant or value.factor != (1.0, 1.0, 1.0):
@@ -116,10 +122,10 @@ def _shown(value: Value) -> str:
     return " x ".join(parts)
 
 
-def _moved(places: object) -> str:
-    from true_diffuse.scripts.census.values import PLACES
-
-    return "" if places == PLACES else f" at {'?' if places is None else [tuple(round(c, 3) for c in p) for p in places]}"
+def _moved(places: Sequence[Place] | None) -> str:
+    if places == PLACES:
+        return ""
+    return f" at {[tuple(round(c, 3) for c in place) for place in places]}" if places else " elsewhere"
 
 
 def _of(lines: Sequence[str], name: str) -> list[str]:
@@ -156,7 +162,7 @@ def _prepare_images() -> int:
         if not image.packed_file:
             image.pack()
         image.name = f"image{index:04d}"
-        image.filepath = f"//image{index:04d}.png"
+        image.filepath_raw = f"//image{index:04d}.png"
     return missing
 
 

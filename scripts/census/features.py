@@ -7,7 +7,7 @@
 import array
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import bpy
@@ -66,6 +66,8 @@ class MaterialFacts:
     """What a material has; channels that it does not use are not in `channels`."""
 
     channels: dict[str, Value] = field(default_factory=dict)
+    same_as: dict[str, Value] = field(default_factory=dict)
+    """Constants that are as good as what a channel has: images that are black or white everywhere."""
     features: list[Feature] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
@@ -100,7 +102,14 @@ def read(material: bpy.types.Material) -> MaterialFacts | None:
         facts.channels.pop("alpha", None) if not any(n.type == "BSDF_TRANSPARENT" for n, _ in closures.found) else None
     if occlusion := _occlusion(tree):
         facts.channels["occlusion"] = occlusion
-    facts.features = list(_features(material, facts.channels))
+    if material.use_backface_culling:
+        facts.channels["culling"] = constant(1.0)
+    metallic, alpha = facts.channels.get("metallic"), facts.channels.get("alpha")
+    if metallic is not None and metallic.is_product and _largest(metallic) <= 0.0:
+        facts.same_as["metallic"] = constant(0.0)
+    if alpha is not None and alpha.is_product and _smallest(alpha) >= 1.0:
+        facts.same_as["alpha"] = constant(1.0)
+    facts.features = list(_features(facts.channels))
     if closures.is_mixed:
         facts.features.append(Feature("Mix or Add Shader", "surface"))
     if any(stack for _, stack in closures.found):
@@ -196,15 +205,13 @@ def _occlusion(tree: bpy.types.NodeTree) -> Value | None:
     for node in tree.nodes:
         if node.type == "GROUP" and node.node_tree and node.node_tree.name.startswith(OCCLUSION_GROUP):
             socket = node.inputs.get("Occlusion")
-            if socket and socket.is_linked:
-                return union([value(socket, ())])
+            if socket and socket.is_linked:  # through a Mix node for the strength, which glTF has as a factor
+                return replace(value(socket, ()), factor=(1.0, 1.0, 1.0), operations=frozenset())
     return None
 
 
-def _source(
-    socket: bpy.types.NodeSocket, stack: Stack
-) -> tuple[bpy.types.NodeSocket | None, bpy.types.NodeSocket, Stack]:
-    """Return the output that feeds a socket, through groups, reroutes and muted nodes; else None and the socket whose value holds."""
+def _source(socket: bpy.types.NodeSocket, stack: Stack) -> tuple[bpy.types.NodeSocket | None, bpy.types.NodeSocket, Stack]:
+    """Return the output that feeds a socket, through groups, reroutes and muted nodes; or None and the socket with the value."""
     while True:
         link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
         if link is None:
@@ -341,7 +348,7 @@ def _placement(socket: bpy.types.NodeSocket, stack: Stack) -> tuple[str, tuple[P
     return DEFAULT_UV_MAP, None
 
 
-def _features(material: bpy.types.Material, channels: Mapping[str, Value]) -> Iterator[Feature]:
+def _features(channels: Mapping[str, Value]) -> Iterator[Feature]:
     """Yield the features that lie on the channels."""
     color = channels.get("base color")
     if color is not None:
@@ -363,8 +370,6 @@ def _features(material: bpy.types.Material, channels: Mapping[str, Value]) -> It
         for channel, what in channels.items():
             if any(use.uv_map != DEFAULT_UV_MAP for use in what.images):
                 yield Feature("Several UV maps", channel)
-    if material.use_backface_culling:
-        yield Feature("Backface Culling", "culling")
 
 
 def _color_kind(color: Value) -> str:
@@ -411,6 +416,8 @@ def _rows(channel: str, what: Value) -> Iterator[str]:
             yield "Emission: value" if what.is_constant else "Emission: image or other nodes"
         case "occlusion":
             yield "Occlusion map"
+        case "culling":
+            yield "Backface Culling"
         case "specular":
             yield "Specular level or tint"
         case _:

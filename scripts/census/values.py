@@ -25,6 +25,7 @@ CHANNELS: Mapping[str, tuple[str, ...]] = {
     "transmission": ("transmission", "glass", "refraction"),
     "thin film": ("thin film",),
     "subsurface": ("subsurface",),
+    "culling": ("culling",),
     "surface": ("surface",),
 }
 DEFAULT_UV_MAP = ""  # the active one
@@ -43,7 +44,7 @@ class ImageUse:
     """rgb, or one of r, g, b, a."""
     uv_map: str = DEFAULT_UV_MAP
     places: tuple[Place, ...] | None = PLACES
-    """Where Blender's UV coordinates PLACES are looked up, v from the bottom; None where that is no affine transform of a UV map."""
+    """Where the UV coordinates PLACES are looked up, v from the bottom; None where that is no affine transform of a UV map."""
 
 
 @dataclass(frozen=True)
@@ -77,9 +78,10 @@ class Value:
 
 
 def constant(value: float | Iterable[float]) -> Value:
-    """Return a value that is the same everywhere."""
-    red, green, blue, *_ = (value,) * 3 if isinstance(value, (int, float)) else value
-    return Value((float(red), float(green), float(blue)))
+    """Return a value that is the same everywhere; of a color its alpha is left out."""
+    given = [float(value)] * 3 if isinstance(value, (int, float)) else [float(component) for component in value]
+    red, green, blue = (given + given[-1:] * 3)[:3]
+    return Value((red, green, blue))
 
 
 def product(values: Iterable[Value]) -> Value:

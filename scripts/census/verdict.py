@@ -29,19 +29,26 @@ class Verdict(StrEnum):
     NONE = "none"  # the target was not asked
 
 
-def judge(channel: str, expected: Value, candidates: Sequence[Value] | None, lines: Sequence[str], uv_maps: Sequence[str]) -> Verdict:
-    """Return the verdict on a channel: `candidates` are what a target holds, `lines` what it said of the material.
+def judge(
+    channel: str, expected: Sequence[Value], candidates: Sequence[Value] | None, lines: Sequence[str], uv_maps: Sequence[str]
+) -> Verdict:
+    """Return the verdict on a channel, which should be one of `expected`.
 
+    `candidates` are what a target holds, `lines` what it said of the material.
     `uv_maps` are the names of the mesh's UV maps, the active one first.
     """
-    if MISSING in expected.operations:
+    if MISSING in expected[0].operations:
         return Verdict.NONE
     named = [line for line in lines if mentions(line, channel)]
-    if any(matches(channel, expected, candidate, uv_maps) for candidate in candidates or ()):
+    if _is_held(channel, expected, candidates or (), uv_maps):
         return Verdict.KEPT
     if any("baked" in line.lower() for line in named) and any(candidate.images for candidate in candidates or ()):
         return Verdict.BAKED
     return Verdict.SAID if named else Verdict.LOST
+
+
+def _is_held(channel: str, expected: Sequence[Value], candidates: Sequence[Value], uv_maps: Sequence[str]) -> bool:
+    return any(matches(channel, one, candidate, uv_maps) for one in expected for candidate in candidates)
 
 
 def mentions(line: str, channel: str) -> bool:
@@ -49,7 +56,7 @@ def mentions(line: str, channel: str) -> bool:
     return any(re.search(rf"\b{word}", line.lower()) for word in CHANNELS.get(channel, (channel,)))
 
 
-def matches(channel: str, expected: Value, held: Value, uv_maps: Sequence[str], is_product_only: bool = False) -> bool:
+def matches(channel: str, expected: Value, held: Value, uv_maps: Sequence[str]) -> bool:
     """Return whether `held` is what is `expected` on a channel."""
     if expected.is_constant:
         if not held.is_constant:
@@ -115,11 +122,16 @@ def _same_places(places: Sequence[Place] | None, others: Sequence[Place] | None)
     )
 
 
-def poorer(channels: Mapping[str, Value], native: Mapping[str, Sequence[Value]], ours: Mapping[str, Sequence[Value]], uv_maps: Sequence[str]) -> list[str]:
+def poorer(
+    channels: Mapping[str, Sequence[Value]],
+    native: Mapping[str, Sequence[Value]],
+    ours: Mapping[str, Sequence[Value]],
+    uv_maps: Sequence[str],
+) -> list[str]:
     """Return the channels that Blender's own export of the unconverted material carries and ours does not."""
     return [
         channel
         for channel, expected in channels.items()
-        if any(matches(channel, expected, held, uv_maps) for held in native.get(channel, ()))
-        and not any(matches(channel, expected, held, uv_maps) for held in ours.get(channel, ()))
+        if _is_held(channel, expected, native.get(channel, ()), uv_maps)
+        and not _is_held(channel, expected, ours.get(channel, ()), uv_maps)
     ]

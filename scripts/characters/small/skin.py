@@ -6,7 +6,6 @@ group's inputs. MakeHuman's pores, bumps far smaller than a pixel, are left out.
 though that is 1 everywhere. Facts by github.com/makehumancommunity/mpfb2, src/mpfb/data/node_trees.
 """
 
-import tempfile
 from pathlib import Path
 
 import bpy
@@ -45,13 +44,9 @@ def write(path: Path) -> None:
 
 def _image(name: str, content: bytes) -> bpy.types.Image:
     """Return a PNG file as a packed image."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, f"{name}.png")
-        path.write_bytes(content)
-        image = bpy.data.images.load(str(path))
-        image.pack()
-    image.name = name
-    image.filepath = f"//{name}.png"
+    image = bpy.data.images.new(name, 1, 1, alpha=True)
+    image.source, image.filepath_raw = "FILE", f"//{name}.png"
+    image.pack(data=content, data_len=len(content))
     return image
 
 
