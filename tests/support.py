@@ -46,6 +46,32 @@ def wait_for[Found](find: Callable[[], Found], seconds: float = 120.0) -> Found:
     return found
 
 
+def node_dump(tree: bpy.types.NodeTree) -> list[object]:
+    """All of a node tree that an artist sees: its nodes with places, properties and values, and its links."""
+
+    def value(socket: bpy.types.NodeSocket) -> object:
+        own = getattr(socket, "default_value", None)
+        return own if own is None or isinstance(own, (str, int, float)) else tuple(own)
+
+    properties = ("label", "width", "hide", "mute", "distribution", "subsurface_method", "falloff", "operation")
+    dump: list[object] = [
+        (
+            node.name,
+            node.bl_idname,
+            node.parent.name if node.parent else "",
+            tuple(node.location),
+            [getattr(node, name, "") for name in properties],
+            [(socket.identifier, value(socket), socket.hide) for socket in node.inputs],
+        )
+        for node in sorted(tree.nodes, key=lambda node: node.name)
+    ]
+    ends = [
+        (link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier, link.is_muted)
+        for link in tree.links
+    ]
+    return [*dump, sorted(ends)]
+
+
 def formulas() -> list[Formula]:
     """Every registered formula, with usual and with extreme inputs."""
     return [model.reference(inputs) for model in MODELS.values() for inputs in (USUAL, EXTREME)]

@@ -2,17 +2,16 @@
 """Converts Blender's Diffuse, Principled and Subsurface Scattering BSDFs to True Diffuse groups that look the same in Cycles.
 
 - Diffuse BSDF: Rough Diffuse with the model Cycles Diffuse, which is the node's own in Cycles, or Lambert at Roughness 0.
-- Principled BSDF: Subsurface, or Rough Diffuse where it has neither highlight nor subsurface scattering. Its Specular IOR Level L
-  scales the reflectance at normal incidence, F0, by 2 L; the group gets the index of refraction with that reflectance, and its full
-  coat. A node that would look grossly different without its metal, glass, clear coat, emission or transparency is left alone.
+- Principled BSDF: Principled Rough Diffuse, which has all its inputs, with the same models.
 - Subsurface Scattering: Subsurface without a coat. Color and radius of the medium follow from the closure's inputs by inverting
   closures/subsurface_fit.py. Cycles' random walks reflect up to a fifth less than their Color; the group's Color is the reflected
   one (see ENTRY). EEVEE interprets the inputs in another way, the same for all methods, which is not reproduced.
 
-Textures and other nodes stay linked. A linked Color stays as it is, and lengths are those of a color of 0.5.
+A node keeps its name, place, links, keyframes and drivers, and remembers what it was made of: `revert.py` turns it back. Nodes
+inside the artist's own groups are converted in place, so that all users of the group follow. A linked Color of Subsurface
+Scattering stays as it is, and lengths are those of a color of 0.5.
 """
 
-import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -23,9 +22,11 @@ from ..blender import fcurves
 from ..closures.quality import BALANCED
 from ..closures.subsurface_fit import closure_inputs
 from ..models import MODELS
-from ..nodes import ROUGH_DIFFUSE, SUBSURFACE, Group
+from ..nodes import PRINCIPLED, ROUGH_DIFFUSE, SUBSURFACE, Group
 from ..nodes.graph import GROUP_ID
+from ..nodes.principled import DISTRIBUTION, DISTRIBUTIONS, METHOD, METHODS, PRINCIPLED_SOCKETS, SCALE
 from .materials import Setting, add_group, locked_reason, materials_of, set_inputs, set_thickness
+from .original import TO_MILLIMETERS, Original, OriginalInput, value_of
 from .read import linked_output
 
 MILLIMETERS = 1000.0  # in a meter
@@ -33,17 +34,9 @@ UNKNOWN_COLOR = 0.5
 # A random walk that enters at normal incidence reflects the fits' color, one that enters from all directions its Color. Through a
 # boundary of Roughness r it is between, by the fraction ENTRY[0] + ENTRY[1] r, measured on spheres of colors 0.1 to 0.8, to 2 %.
 ENTRY = (0.17, 0.53)
-HIGHEST_IOR = 3.0  # of the group's coat
-# The group's Method by Principled's subsurface_method and Subsurface Scattering's falloff
-METHODS = {
-    "BURLEY": "Christensen-Burley",
-    "RANDOM_WALK": "Random Walk",
-    "RANDOM_WALK_SKIN": "Random Walk (Skin)",
-    "RANDOM_WALK_LEGACY": "Random Walk (Legacy)",
-}
 ROUGH_BOUNDARY = {"RANDOM_WALK", "RANDOM_WALK_LEGACY"}
-GROSS = {"Metallic": "metal", "Transmission Weight": "transmission", "Coat Weight": "a clear coat"}
-MINOR = {"Sheen Weight": "sheen", "Anisotropic": "anisotropy", "Thin Film Thickness": "thin film"}
+LAYOUT = ("parent", "location", "width", "label", "select", "hide", "mute", "use_custom_color", "color")
+PROPERTIES = ("distribution", "subsurface_method", "falloff")
 CONVERTIBLE = {"BSDF_DIFFUSE", "BSDF_PRINCIPLED", "SUBSURFACE_SCATTERING"}
 
 
@@ -62,29 +55,53 @@ class Report:
 
 @dataclass
 class Plan:
-    """The group that replaces a node, with values and linked outputs by input."""
+    """The group that replaces a node, with values and links by input."""
 
     group: Group
     values: dict[str, Setting] = field(default_factory=dict)
-    sources: dict[str, bpy.types.NodeSocket] = field(default_factory=dict)
-    factors: dict[str, tuple[float, ...]] = field(default_factory=dict)
-    """Vectors that multiply a linked output."""
+    links: dict[str, bpy.types.NodeLink] = field(default_factory=dict)
+    taken: dict[str, str] = field(default_factory=dict)
+    """By input of the node: the group's input that stands for it."""
+    factors: dict[str, float | tuple[float, ...]] = field(default_factory=dict)
+    """What multiplies the value, or what is linked, by input of the group."""
     losses: list[str] = field(default_factory=list)
 
     def take(self, socket: bpy.types.NodeSocket, name: str) -> None:
-        """Give the group's input `name` the link of `socket`, or else its value."""
-        source = linked_output(socket)
-        if source:
-            self.sources[name] = source
-        elif socket.type == "RGBA":
-            self.values[name] = tuple(socket.default_value)
-        elif name != "Normal":
-            self.values[name] = socket.default_value
+        """Give the group's input `name` the link and the value of `socket`."""
+        self.taken[socket.name] = name
+        for link in socket.links:
+            self.links[name] = link
+        value = value_of(socket)
+        if value is not None:
+            self.values[name] = value
+
+    def scale(self, name: str, factor: float | tuple[float, ...]) -> None:
+        """Multiply what the group's input `name` got."""
+        self.factors[name] = factor
+        self.values[name] = _times(self.values[name], factor)
+
+
+def _times(value: Setting, factor: float | tuple[float, ...]) -> Setting:
+    if isinstance(value, tuple):
+        factors = factor if isinstance(factor, tuple) else (factor,) * len(value)
+        return tuple(a * b for a, b in zip(value, factors, strict=True))
+    if isinstance(value, str) or isinstance(factor, tuple):
+        raise TypeError(f"{value} cannot be multiplied by {factor}")
+    return value * factor
 
 
 def is_used(socket: bpy.types.NodeSocket) -> bool:
-    """Return whether a weight or roughness is linked or above 0."""
-    return linked_output(socket) is not None or socket.default_value > 0.0
+    """Return whether a weight or roughness is linked, animated or above 0."""
+    return linked_output(socket) is not None or socket.default_value > 0.0 or is_animated(socket)
+
+
+def is_animated(socket: bpy.types.NodeSocket) -> bool:
+    """Return whether keyframes or a driver change the value of `socket`."""
+    return any(fcurves.input_of(curve) == _index(socket) for curve in fcurves.of_node(socket.id_data, socket.node))
+
+
+def _index(socket: bpy.types.NodeSocket) -> int:
+    return next(index for index, other in enumerate(socket.node.inputs) if other == socket)
 
 
 def diffuse(node: bpy.types.Node, _meter: float, quality: str) -> Plan:
@@ -108,70 +125,23 @@ def subsurface(node: bpy.types.Node, meter: float, _quality: str) -> Plan:
 
 
 def principled(node: bpy.types.Node, meter: float, quality: str) -> Plan:
-    """Return the replacement of a Principled BSDF; raises ConversionError where it would look grossly different."""
-    inputs = node.inputs
-    gross = [feature for name, feature in GROSS.items() if is_used(inputs[name])]
-    if linked_output(inputs["Alpha"]) or inputs["Alpha"].default_value < 1.0:
-        gross.append("transparency")
-    color = inputs["Emission Color"]
-    if is_used(inputs["Emission Strength"]) and (linked_output(color) or any(value > 0.0 for value in color.default_value[:3])):
-        gross.append("emission")
-    if is_used(inputs["Thin Wall"]) and is_used(inputs["Subsurface Weight"]):
-        gross.append("thin walls that light passes")
-    if gross:
-        raise ConversionError(f"has {' and '.join(gross)}")
-    scatters, has_coat = is_used(inputs["Subsurface Weight"]), is_used(inputs["Specular IOR Level"])
-    plan = Plan(SUBSURFACE if scatters or has_coat else ROUGH_DIFFUSE)
-    if plan.group is ROUGH_DIFFUSE:
-        plan.values["Quality"] = quality
-        plan.take(inputs["Base Color"], "Color")
-    else:
-        plan.take(inputs["Subsurface Weight"], "Subsurface")
-        _highlight(plan, node)
-        if scatters:
-            lengths = inputs["Subsurface Radius"], inputs["Subsurface Scale"]
-            _medium(plan, node.subsurface_method, inputs["Base Color"], *lengths, inputs["Roughness"], meter)
-        else:
-            plan.take(inputs["Base Color"], "Color")
-    _rough(plan, inputs["Diffuse Roughness"])
-    plan.take(inputs["Normal"], "Normal")
-    plan.losses += [feature for name, feature in MINOR.items() if is_used(inputs[name])]
-    if scatters and node.subsurface_method != "BURLEY" and is_used(inputs["Subsurface Anisotropy"]):
-        plan.losses.append("anisotropy of the scattering")
+    """Return the replacement of a Principled BSDF."""
+    plan = Plan(PRINCIPLED, {"Quality": quality})
+    plan.values[DISTRIBUTION.name] = DISTRIBUTIONS[node.distribution][0]
+    plan.values[METHOD.name] = METHODS[node.subsurface_method][0]
+    own = {socket.name for socket in PRINCIPLED_SOCKETS}
+    for socket in node.inputs:
+        if socket.name in own:
+            plan.take(socket, socket.name)
+    plan.scale(SCALE.name, MILLIMETERS * meter)
+    _rough(plan, node.inputs["Diffuse Roughness"], "Diffuse Roughness")
     return plan
 
 
-def _rough(plan: Plan, roughness: bpy.types.NodeSocket) -> None:
-    if is_used(roughness):
-        plan.values["Model"] = MODELS["cycles_diffuse"].label
-        plan.take(roughness, "Roughness")
-    else:
-        plan.values["Model"] = MODELS["lambert"].label
-
-
-def _highlight(plan: Plan, node: bpy.types.Node) -> None:
-    """Give `plan` a coat like the specular layer of a Principled BSDF."""
-    level, ior, tint = (node.inputs[name] for name in ("Specular IOR Level", "IOR", "Specular Tint"))
-    plan.take(node.inputs["Roughness"], "Specular Roughness")
-    if linked_output(tint) or any(value != 1.0 for value in tint.default_value[:3]):
-        plan.losses.append("tint of the highlight")
-    if linked_output(level):
-        plan.take(level, "Specular")
-        plan.take(ior, "IOR")
-        plan.losses.append("Specular IOR Level, which is linked, now weighs the highlight")
-    elif linked_output(ior):
-        plan.values["Specular"] = min(1.0, 2.0 * level.default_value)
-        plan.take(ior, "IOR")
-    else:
-        plan.values["Specular"] = float(level.default_value > 0.0)
-        plan.values["IOR"] = coat_ior(ior.default_value, level.default_value)
-
-
-def coat_ior(ior: float, level: float) -> float:
-    """Return the index of refraction, in [1, HIGHEST_IOR], whose F0 is that of `ior` times twice `level`."""
-    f0 = min(((ior - 1.0) / (ior + 1.0)) ** 2 * 2.0 * level, 0.99)
-    root = math.sqrt(f0)
-    return min((1.0 + root) / (1.0 - root), HIGHEST_IOR)
+def _rough(plan: Plan, roughness: bpy.types.NodeSocket, name: str = "Roughness") -> None:
+    """Give `plan` the model of a diffuse closure in Cycles, whose roughness is its input `name`."""
+    plan.take(roughness, name)
+    plan.values["Model"] = MODELS["cycles_diffuse" if is_used(roughness) else "lambert"].label
 
 
 def _medium(
@@ -187,9 +157,9 @@ def _medium(
 
     `roughness` is that of the boundary through which light enters the random walks except Skin.
     """
-    plan.values["Method"] = METHODS[falloff]
+    plan.values["Method"] = METHODS[falloff][0]
+    plan.take(color, "Color")
     if linked_output(color):
-        plan.take(color, "Color")
         medium = [UNKNOWN_COLOR] * 3
         if falloff != "BURLEY":
             plan.losses.append("linked Color is reflected in full now, which Cycles' walk was up to a fifth darker than")
@@ -202,16 +172,12 @@ def _medium(
         smooth = (value - closure_inputs(falloff, value).rest for value in medium)
         plan.values["Color"] = (*(a + (b - a) * fraction for a, b in zip(smooth, given, strict=True)), 1.0)
     factor = MILLIMETERS * meter
-    if linked_output(scale):
-        plan.take(scale, "Scale")
-    else:
+    plan.take(scale, "Scale")
+    if not linked_output(scale):
         factor *= scale.default_value
-    factors = tuple(factor / closure_inputs(falloff, value).radius for value in medium)
+        plan.values["Scale"] = 1.0
     plan.take(radius, "Subsurface Radius")
-    if "Subsurface Radius" in plan.sources:
-        plan.factors["Subsurface Radius"] = factors
-    else:
-        plan.values["Subsurface Radius"] = tuple(a * b for a, b in zip(radius.default_value, factors, strict=True))
+    plan.scale("Subsurface Radius", tuple(factor / closure_inputs(falloff, value).radius for value in medium))
 
 
 def medium_color(falloff: str, color: float) -> float:
@@ -233,23 +199,59 @@ def convert_materials(
     quality: str = BALANCED,
     condition: Callable[[bpy.types.Node], bool] = lambda _node: True,
 ) -> Report:
-    """Convert the active nodes of `materials` for which `condition` is true; returns the report.
+    """Convert the active nodes of `materials`, and those inside groups of the artist, for which `condition` is true.
 
-    `meter` is the scene's unit in meters (unit_settings.scale_length), `quality` that of Rough Diffuse.
+    `meter` is the scene's unit in meters (unit_settings.scale_length), `quality` that of rough diffuse reflection. Returns the
+    report.
     """
     report = Report()
     for material in dict.fromkeys(materials):
-        nodes = [node for node in active_nodes(material.node_tree) if node.type in CONVERTIBLE and condition(node)]
+        trees = {
+            tree: [node for node in nodes if node.type in CONVERTIBLE and condition(node)] for tree, nodes in trees_of(material)
+        }
         reason = locked_reason(material)
         if reason:
-            report.lines += [f"{material.name} {reason}"] if nodes else []
+            report.lines += [f"{material.name} {reason}"] if any(trees.values()) else []
             continue
-        count, lines = convert_nodes(material.node_tree, nodes, meter, quality)
-        report.lines += [f"{material.name}: {line}" for line in (*lines, *_inner(material.node_tree))]
-        if count:
+        total, lines = 0, []
+        for tree, nodes in trees.items():
+            count, notes = _convert_inside(tree, nodes, meter, quality, tree != material.node_tree)
+            total += count
+            lines += notes
+        report.lines += [f"{material.name}: {line}" for line in lines]
+        if total:
             report.converted.append(material.name)
             set_thickness(material)
     return report
+
+
+def _convert_inside(
+    tree: bpy.types.ShaderNodeTree, nodes: list[bpy.types.Node], meter: float, quality: str, is_group: bool
+) -> tuple[int, list[str]]:
+    """Convert `nodes` of a material's own tree or of a group in it; returns what `convert_nodes` does."""
+    if not nodes or not is_group:
+        return convert_nodes(tree, nodes, meter, quality)
+    if tree.library or tree.override_library or not tree.is_editable:
+        return 0, [f"the group {tree.name} is linked from another file, and what is inside is left alone"]
+    count, lines = convert_nodes(tree, nodes, meter, quality)
+    lines = [f"in the group {tree.name}, {line}" for line in lines]
+    if count:
+        lines.append(f"the group {tree.name} was changed inside, for all that use it")
+    return count, lines
+
+
+def trees_of(material: bpy.types.Material) -> Iterator[tuple[bpy.types.ShaderNodeTree, list[bpy.types.Node]]]:
+    """Yield the tree of `material` and those of the artist's groups in it, at any depth, each once, with their active nodes."""
+    pending, seen = [material.node_tree], set()
+    while pending:
+        tree = pending.pop(0)
+        if tree in seen:
+            continue
+        seen.add(tree)
+        nodes = active_nodes(tree)
+        yield tree, nodes
+        inner = (node.node_tree for node in nodes if node.type == "GROUP")
+        pending += [group for group in inner if group and GROUP_ID not in group]
 
 
 def convert_nodes(
@@ -260,9 +262,8 @@ def convert_nodes(
     for node in list(nodes):
         name = node.label or node.name
         try:
-            if fcurves.of_node(tree, node):
-                raise ConversionError("is animated")
             plan = PLANS[node.type](node, meter, quality)
+            _check_animation(node, plan)
             group = plan.group.ensure()
             if group == tree or group.contains_tree(tree):
                 raise ConversionError("is a part of the group that would replace it")
@@ -278,7 +279,7 @@ def convert_nodes(
 def active_nodes(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.Node]:
     """Return the nodes of `tree` that are linked to an output, without muted nodes and those inside groups."""
     nodes: dict[str, bpy.types.Node] = {}
-    waiting = [node for node in tree.nodes if node.type == "OUTPUT_MATERIAL"]
+    waiting = [node for node in tree.nodes if node.type in {"OUTPUT_MATERIAL", "GROUP_OUTPUT"}]
     while waiting:
         node = waiting.pop()
         if node.name in nodes:
@@ -288,34 +289,70 @@ def active_nodes(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.Node]:
     return [node for node in nodes.values() if not node.mute]
 
 
-def _inner(tree: bpy.types.ShaderNodeTree) -> Iterator[str]:
-    """Yield a note for each of the user's groups that contains convertible nodes."""
-    for node in active_nodes(tree):
-        inner = node.node_tree if node.type == "GROUP" else None
-        if inner and GROUP_ID not in inner and any(node.type in CONVERTIBLE for node in inner.nodes):
-            yield f"what is inside the group {inner.name} is left alone"
+def _check_animation(node: bpy.types.Node, plan: Plan) -> None:
+    """Raise ConversionError where keyframes or drivers change what has no place in the group of `plan`."""
+    for curve in fcurves.of_node(node.id_data, node):
+        index = fcurves.input_of(curve)
+        name = node.inputs[index].name if index is not None else curve.data_path.rpartition(".")[2]
+        taken = plan.taken.get(name)
+        # what was worked out from a value would have to follow it
+        if taken is None or (node.type == "SUBSURFACE_SCATTERING" and name != "Normal"):
+            raise ConversionError(f"is animated ({name})")
 
 
 def _replace(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, plan: Plan) -> None:
-    """Replace `node` by the node that `plan` describes."""
+    """Replace `node` by the node that `plan` describes, which gets its name, links and animation."""
     new = add_group(tree, plan.group)
     set_inputs(new, plan.values)
-    new.parent, new.location, new.label, new.select = node.parent, node.location, node.label, node.select
-    for name, source in plan.sources.items():
-        factors = plan.factors.get(name)
-        if factors:
-            times = tree.nodes.new("ShaderNodeVectorMath")
-            times.operation, times.label = "MULTIPLY", "To Millimeters"
-            times.parent, times.location, times.select = node.parent, (node.location.x - 180.0, node.location.y - 260.0), False
-            tree.links.new(source, times.inputs[0])
-            times.inputs[1].default_value = factors
-            source = times.outputs[0]
-        tree.links.new(source, new.inputs[name])
+    for name in LAYOUT:
+        setattr(new, name, getattr(node, name))
+    moves = [(curve, node.inputs[fcurves.input_of(curve)]) for curve in fcurves.of_node(tree, node)]
+    entrances = {curve: _entrance(new, plan, plan.taken[socket.name], socket) for curve, socket in moves}
+    for curve in entrances:
+        curve.data_path = "none"  # Blender deletes the curves of a node along with it
+    for name, link in plan.links.items():
+        source, is_muted = link.from_socket, link.is_muted
+        tree.links.new(source, _entrance(new, plan, name, link.to_socket)).is_muted = is_muted
+    for socket in node.inputs:
+        if socket.name in plan.taken:
+            new.inputs[plan.taken[socket.name]].hide = socket.hide
+    _original(node, new, plan).keep(new)
     for target, is_muted in [(link.to_socket, link.is_muted) for link in node.outputs[0].links]:
         tree.links.new(new.outputs["BSDF"], target).is_muted = is_muted
     if tree.nodes.active == node:
         tree.nodes.active = new
+    name = node.name
     tree.nodes.remove(node)
+    new.name = name
+    for curve, socket in entrances.items():
+        curve.data_path = socket.path_from_id("default_value")
+
+
+def _entrance(new: bpy.types.Node, plan: Plan, name: str, old: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    """Return where to connect what went into the socket `old`: the input `name`, or a node before it that multiplies."""
+    target, factor = new.inputs[name], plan.factors.get(name)
+    if factor is None:
+        return target
+    if target.is_linked:
+        return target.links[0].from_node.inputs[0]
+    tree = new.id_data
+    times = tree.nodes.new("ShaderNodeVectorMath" if isinstance(factor, tuple) else "ShaderNodeMath")
+    times.operation, times.label = "MULTIPLY", TO_MILLIMETERS
+    times.parent, times.location, times.select = new.parent, (new.location.x - 180.0, new.location.y - 260.0), False
+    times.inputs[0].default_value, times.inputs[1].default_value = old.default_value, factor
+    tree.links.new(times.outputs[0], target)
+    return times.inputs[0]
+
+
+def _original(node: bpy.types.Node, new: bpy.types.Node, plan: Plan) -> Original:
+    """Return what `revert.py` has to know of `node`, which `new` replaces."""
+    inputs = {}
+    for socket in node.inputs:
+        name = plan.taken.get(socket.name)
+        made = value_of(new.inputs[name]) if name else None
+        inputs[socket.name] = OriginalInput(value_of(socket), name, made, plan.factors.get(name or "", 1.0))
+    properties = {name: getattr(node, name) for name in PROPERTIES if hasattr(node, name)}
+    return Original(node.bl_idname, properties, inputs)
 
 
 def differs(node: bpy.types.Node) -> bool:
@@ -323,7 +360,7 @@ def differs(node: bpy.types.Node) -> bool:
     if node.type == "BSDF_DIFFUSE":
         return is_used(node.inputs["Roughness"])
     if node.type == "BSDF_PRINCIPLED":
-        return is_used(node.inputs["Diffuse Roughness"]) or is_used(node.inputs["Subsurface Weight"])
+        return is_used(node.inputs["Diffuse Roughness"])
     return True
 
 

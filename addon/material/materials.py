@@ -5,7 +5,8 @@ from collections.abc import Mapping
 
 import bpy
 
-from ..nodes import SUBSURFACE, Group
+from ..blender.id_properties import THICKNESS_CHANGED
+from ..nodes import PRINCIPLED, SUBSURFACE, Group
 from ..nodes.graph import key_and_version
 
 type Setting = float | str | tuple[float, ...]
@@ -59,8 +60,8 @@ def set_thickness(material: bpy.types.Material) -> None:
     if any(map(_transmits, tree.nodes)):
         for node in [node for node in tree.nodes if node.label == THICK_LABEL]:
             tree.nodes.remove(node)
-        if any(key_and_version(node)[0] == SUBSURFACE.key for node in tree.nodes):
-            material.use_thickness_from_shadow = True
+        if any(key_and_version(node)[0] == SUBSURFACE.key for node in tree.nodes) and not material.use_thickness_from_shadow:
+            material.use_thickness_from_shadow = material[THICKNESS_CHANGED] = True
     elif not output.inputs["Thickness"].is_linked:
         thick = tree.nodes.new("ShaderNodeValue")
         # small, between the output and the node of its surface
@@ -71,11 +72,12 @@ def set_thickness(material: bpy.types.Material) -> None:
 
 def _transmits(node: bpy.types.Node) -> bool:
     """Return whether `node` may let light through, so that its appearance depends on the thickness."""
-    if node.type == "BSDF_PRINCIPLED":
+    key, _ = key_and_version(node)
+    if node.type == "BSDF_PRINCIPLED" or key == PRINCIPLED.key:
         weights = (node.inputs["Transmission Weight"], node.inputs["Subsurface Weight"])
         return any(weight.is_linked or weight.default_value > 0.0 for weight in weights)
     if node.type == "GROUP":
-        return key_and_version(node)[0] in ("", SUBSURFACE.key)
+        return key in ("", SUBSURFACE.key)
     return node.type in TRANSMITTING
 
 

@@ -5,6 +5,7 @@ The stated error compares formulas, over all lights and views; `probe/measuremen
 """
 
 import functools
+import math
 from dataclasses import dataclass
 
 import bpy
@@ -18,10 +19,12 @@ from ..closures.lobes import Rendered
 from ..closures.quality import CHOSEN_LIGHTS, EEVEE_LOBES
 from ..models import Model, ReflectanceModel, Specular, by_label
 from ..models.registry import Osl
-from ..nodes import GROUPS, SPECULAR_GROUP, SUBSURFACE
+from ..nodes import GROUPS, PRINCIPLED, SPECULAR_GROUP, SUBSURFACE
 from ..nodes.graph import key_and_version
+from ..nodes.model_nodes import ROUGHNESS, SOCKETS
+from ..nodes.principled import DIFFUSE_ROUGHNESS, METALLIC, SUBSURFACE_WEIGHT, TRANSMISSION
 from .read import group_node, plain
-from .surface import GroupInputs
+from .surface import GroupInputs, Setting
 
 BRIGHTEST_IN_EEVEE = 8.0  # the highest color of a closure that EEVEE's format of 10 bits and an exponent of 2 holds
 VARYING_IN_REALTIME = {"Color"}  # sockets whose textures and attributes Realtime draws
@@ -51,7 +54,26 @@ class MaterialSummary(GroupInputs):
         """The formula of the surface; of Subsurface that of the light that does not enter."""
         if self.group == SPECULAR_GROUP.key:
             return Specular(self.number("Specular"), self.number("Exponent"))
-        return self.reflectance.reference(self.inputs)
+        return self.reflectance.reference(self.shape_inputs)
+
+    @property
+    def shape_inputs(self) -> dict[str, Setting]:
+        """The inputs that a model is a function of, by the models' own names."""
+        return {name: self.inputs[self.socket(name)] for name in SOCKETS if self.socket(name) in self.inputs}
+
+    def socket(self, parameter: str) -> str:
+        """Return the group's input for a `parameter` of the models."""
+        is_diffuse = self.group == PRINCIPLED.key and parameter == ROUGHNESS.name
+        return DIFFUSE_ROUGHNESS.name if is_diffuse else parameter
+
+    @property
+    def rough_fraction(self) -> float:
+        """The fraction of the light that rough diffuse reflection gets under the layers above it; links do not count."""
+        if self.group == SUBSURFACE.key:
+            return 1.0 - self.number("Subsurface")
+        if self.group == PRINCIPLED.key:
+            return math.prod(1.0 - self.number(socket.name) for socket in (METALLIC, TRANSMISSION, SUBSURFACE_WEIGHT))
+        return 1.0
 
     @property
     def reflectance(self) -> ReflectanceModel:
@@ -123,31 +145,31 @@ def stated_error(summary: MaterialSummary, scene: bpy.types.Scene) -> str:
     engine = engine_of(scene)
     if engine is None:
         return ""
-    is_subsurface = summary.group == SUBSURFACE.key
+    is_part = summary.group in (SUBSURFACE.key, PRINCIPLED.key)
     if engine is REALTIME:
-        if summary.linked - VARYING_IN_REALTIME or (is_subsurface and summary.number("Subsurface") >= 1.0):
+        if summary.linked - VARYING_IN_REALTIME or summary.rough_fraction <= 0.0:
             return ""
-        return "Rough part: exact under every light" if is_subsurface else "Exact under every light"
+        return "Rough part: exact under every light" if is_part else "Exact under every light"
     if summary.follows_lights:
         if engine is EEVEE and summary.linked & {"Specular", "Exponent"}:
             return ""  # the highlight may be cut off somewhere
         cut_off = f", cut off at {BRIGHTEST_IN_EEVEE:g} times white" if engine is EEVEE and summary.is_cut_off else ""
         return f"Exact for the chosen lights{cut_off}"
     lobe_set = summary.lobe_set(engine)
-    if lobe_set is None or "Model" in summary.linked or (is_subsurface and summary.number("Subsurface") >= 1.0):
+    if lobe_set is None or "Model" in summary.linked or summary.rough_fraction <= 0.0:
         return ""
     model = summary.reflectance
     if model.osl is not None and summary.has_osl and uses_osl(scene):
-        message = "Rough part: exact with OSL" if is_subsurface else "Exact with OSL"
+        message = "Rough part: exact with OSL" if is_part else "Exact with OSL"
         return message if model.osl is Osl.EXACT else ""
-    if summary.linked & {"Quality", *([model.parameter.socket] if model.parameter else [])}:
+    if summary.linked & {"Quality", *([summary.socket(model.parameter.socket)] if model.parameter else [])}:
         return ""  # it may differ from place to place
-    error = _lobe_error(model, model.shape(summary.inputs), lobe_set)
+    error = _lobe_error(model, model.shape(summary.shape_inputs), lobe_set)
     if error < 5e-5:
         message = f"equal to the {model.label} formula in {engine.label}"
     else:
         message = f"differs {100.0 * error:.2g} % (RMS) from the {model.label} formula in {engine.label}"
-    return f"Rough part: {message}" if is_subsurface else f"{message[0].upper()}{message[1:]}"
+    return f"Rough part: {message}" if is_part else f"{message[0].upper()}{message[1:]}"
 
 
 @functools.lru_cache(maxsize=256)

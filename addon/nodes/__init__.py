@@ -2,10 +2,11 @@
 """The node groups, built in code, for EEVEE and Cycles."""
 
 from .graph import Group
+from .principled import PRINCIPLED
 from .rough_diffuse import ROUGH_DIFFUSE
 from .specular import SPECULAR_GROUP
 from .subsurface import SUBSURFACE
 
-GROUPS: tuple[Group, ...] = (ROUGH_DIFFUSE, SUBSURFACE, SPECULAR_GROUP)
+GROUPS: tuple[Group, ...] = (ROUGH_DIFFUSE, PRINCIPLED, SUBSURFACE, SPECULAR_GROUP)
 
-__all__ = ("GROUPS", "ROUGH_DIFFUSE", "SPECULAR_GROUP", "SUBSURFACE", "Group")
+__all__ = ("GROUPS", "PRINCIPLED", "ROUGH_DIFFUSE", "SPECULAR_GROUP", "SUBSURFACE", "Group")

@@ -29,11 +29,13 @@ class Socket:
     name: str
     kind: str
     description: str
-    default: float | tuple[float, ...] | str | None = None
+    default: float | bool | tuple[float, ...] | str | None = None
     minimum: float | None = None
     maximum: float | None = None
     hide_value: bool = False
     subtype: str = "NONE"
+    panel: str = ""
+    """The name of the panel that it is in; empty for none."""
 
 
 COLOR = Socket("Color", "NodeSocketColor", "Albedo rho: the share of light that is reflected, per channel", (0.8, 0.8, 0.8, 1.0))
@@ -104,7 +106,8 @@ def _fill(tree: bpy.types.ShaderNodeTree, build: Callable[["Graph"], Mapping[str
     outputs = build(graph)
     for name, value in outputs.items():
         if name not in tree.interface.items_tree:
-            tree.interface.new_socket(name, in_out="OUTPUT", socket_type=value.socket.bl_idname)
+            output = tree.interface.new_socket(name, in_out="OUTPUT", socket_type=value.socket.bl_idname)
+            tree.interface.move(output, 0)  # above panels
     graph.end(outputs)
     graph.arrange()
     tree[BUILT_FINGERPRINT] = fingerprint(tree)
@@ -134,7 +137,11 @@ def key_and_version(node: bpy.types.Node) -> tuple[str, str]:
 
 
 def _add_input(tree: bpy.types.ShaderNodeTree, socket: Socket) -> None:
-    item = tree.interface.new_socket(socket.name, in_out="INPUT", socket_type=socket.kind)
+    panels = {item.name: item for item in tree.interface.items_tree if item.item_type == "PANEL"}
+    parent = None
+    if socket.panel:
+        parent = panels.get(socket.panel) or tree.interface.new_panel(socket.panel, default_closed=True)
+    item = tree.interface.new_socket(socket.name, in_out="INPUT", socket_type=socket.kind, parent=parent)
     item.description = socket.description
     item.hide_value = socket.hide_value
     if socket.subtype != "NONE":

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 from .base import Operator
-from .context import editor_obstacle, is_properties_editor, scene_obstacle
+from .context import editor_obstacle, is_node_editor, is_properties_editor, scene_obstacle
 
 if TYPE_CHECKING:
     from ..material.convert import Report
@@ -83,6 +83,29 @@ class TRUE_DIFFUSE_OT_convert_nodes(ConvertOperator):
         return self.report_conversion(convert.Report([material.name] if count else [], lines=lines))
 
 
+class TRUE_DIFFUSE_OT_revert(Operator):
+    """Turn the True Diffuse nodes of the selected objects' materials back into Blender's own, as they were before a conversion"""
+
+    bl_idname = "true_diffuse.revert"
+    bl_label = "Revert to Blender's Nodes"
+
+    @classmethod
+    def obstacle(cls, context: bpy.types.Context) -> str:
+        from ..material.revert import nodes_of
+
+        if any(nodes_of(material) for material in _materials(context)):
+            return ""
+        return "Select objects with True Diffuse materials"
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        from ..material import revert
+
+        report = revert.revert_materials(_materials(context), context.scene.unit_settings.scale_length)
+        names = report.reverted
+        self.report_with_notes(f"Reverted {names[0] if len(names) == 1 else f'{len(names) or "no"} materials'}", report.lines)
+        return {"FINISHED"} if names else {"CANCELLED"}
+
+
 class TRUE_DIFFUSE_OT_match_engines(ConvertOperator):
     """Make EEVEE look like Cycles: convert the materials that the engines shade differently, and align render settings"""
 
@@ -104,7 +127,9 @@ class TRUE_DIFFUSE_OT_match_engines(ConvertOperator):
 
 
 def _materials(context: bpy.types.Context) -> list[bpy.types.Material]:
-    """Return the Properties editor's material, in other editors the materials of the selected objects."""
+    """Return the material of the Properties or Shader Editor, in other editors the materials of the selected objects."""
+    if is_node_editor(context) and isinstance(context.space_data.id, bpy.types.Material):
+        return [context.space_data.id]
     if is_properties_editor(context):
         material = getattr(context, "material", None)
         return [material] if material else []
@@ -118,4 +143,4 @@ def _selected(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.Node]:
     return [node for node in tree.nodes if node.select and node.type in CONVERTIBLE]
 
 
-CLASSES = (TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes, TRUE_DIFFUSE_OT_match_engines)
+CLASSES = (TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes, TRUE_DIFFUSE_OT_revert, TRUE_DIFFUSE_OT_match_engines)

@@ -201,6 +201,8 @@ class ConstantFoldingGraph(Graph):
             source = (*source, 1.0)
         elif isinstance(source, float) and target.type == "INT":
             source = int(source)
+        elif isinstance(source, float) and target.type == "BOOLEAN":
+            source = bool(source)
         super().link(source, target)
 
     def node(self, kind: str, inputs: Mapping[int | str, Operand], output: int | str = 0, **properties: object) -> Value:

@@ -8,6 +8,7 @@ import bpy
 
 CLOSURES = {
     "ShaderNodeBsdfDiffuse",
+    "ShaderNodeBsdfPrincipled",
     "ShaderNodeBsdfAnisotropic",
     "ShaderNodeBsdfTranslucent",
     "ShaderNodeSubsurfaceScattering",

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 
 from ..models import by_label
 from ..models.registry import CyclesClosures
-from ..nodes import SPECULAR_GROUP, SUBSURFACE
+from ..nodes import PRINCIPLED, SPECULAR_GROUP, SUBSURFACE
+from ..nodes.principled import DIFFUSE_ROUGHNESS
 from .folding import NEGLIGIBLE, Use
 
 
@@ -24,7 +25,11 @@ def reasons(key: str, use: Use) -> Iterator[str]:
             yield "OSL, which no scene uses"
         elif model.cycles is CyclesClosures.DIFFUSE:
             yield f"OSL, as the closures of {model.label} are exact"
-    weight, specular, roughness = number("Subsurface"), number("Specular"), number("Roughness")
+    weight, specular, roughness = (
+        number("Subsurface"),
+        number("Specular"),
+        number(DIFFUSE_ROUGHNESS.name if key == PRINCIPLED.key else "Roughness"),
+    )
     if key == SUBSURFACE.key:
         if weight is not None and weight < NEGLIGIBLE:
             yield "scattering (Subsurface is 0)"

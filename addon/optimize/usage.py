@@ -42,6 +42,8 @@ def constant_inputs(owner: Owner, node: bpy.types.Node) -> dict[str, Plain | str
     for socket in node.inputs:
         if not socket.is_linked and not any(socket.path_from_id("default_value") in path for path in animated):
             value = socket.default_value
+            if isinstance(value, bool):
+                value = float(value)
             inputs[socket.name] = value if isinstance(value, (str, float)) else tuple(value)[:3]
     return inputs
 

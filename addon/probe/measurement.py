@@ -27,7 +27,7 @@ from ..measure import render
 from ..measure.record import Progress
 from ..models.quadrature import NORMAL
 from ..models.vector import from_polar
-from ..nodes import SPECULAR_GROUP, SUBSURFACE, chosen_lights
+from ..nodes import PRINCIPLED, SPECULAR_GROUP, SUBSURFACE, chosen_lights
 from ..optimize.materials import restore_node
 
 LIGHT_DEGREES = (0.0, 30.0, 60.0, 90.0, 120.0)  # between light and viewer
@@ -151,6 +151,8 @@ def check(material: bpy.types.Material | None, scene: bpy.types.Scene) -> tuple[
     setup, summary = RenderSetup.of(scene), material_summary(material)
     if summary is None:
         raise MeasurementError("No True Diffuse group makes this material's surface" if material else "There is no material")
+    if summary.group == PRINCIPLED.key:
+        raise MeasurementError(f"{PRINCIPLED.label} has more layers than the formula: only its accuracy is stated")
     has_highlight = summary.group == SPECULAR_GROUP.key and summary.number("Specular") >= DARKEST
     if max(summary.rgb("Color")) < DARKEST and not has_highlight:
         raise MeasurementError("The material is black: there is nothing to compare")

@@ -11,7 +11,7 @@ from ..closures.quality import CHOSEN_LIGHTS
 from ..material.materials import locked_reason, materials_of
 from ..material.read import group_node
 from ..material.summary import MaterialSummary, engine_of, material_summary
-from ..nodes import SPECULAR_GROUP, SUBSURFACE
+from ..nodes import PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 from .tolerance import Choice, ToleranceError, choose
 
 SCENES = ("face", "five", "sphere")  # of a report; that most like an artist's first, the face being for Subsurface
@@ -55,15 +55,16 @@ def _choice(scene: bpy.types.Scene, report: Mapping[str, Any], summary: Material
     engine = engine_of(scene)
     if engine is None:
         raise ToleranceError("only EEVEE, Cycles and Realtime are known")
-    known = {curve["scene"] for curve in report["curves"] if curve["model"] == summary.label and curve["group"] == summary.group}
+    group = ROUGH_DIFFUSE.key if summary.group == PRINCIPLED.key else summary.group
+    known = {curve["scene"] for curve in report["curves"] if curve["model"] == summary.label and curve["group"] == group}
     return choose(
         report,
         next((name for name in SCENES if name in known), SCENES[1]),
         engine.key,
         summary.label,
         tolerance,
-        roughness=0.0 if is_subsurface else summary.number("Roughness"),
-        group=summary.group,
+        roughness=0.0 if is_subsurface else summary.number(summary.socket("Roughness")),
+        group=group,
         osl=engine is CYCLES and uses_osl(scene) and not is_subsurface,
         excluded=() if summary.follows_lights else (CHOSEN_LIGHTS,),
     )

@@ -9,7 +9,12 @@ import bpy.utils.previews
 
 from ..operators.add import TRUE_DIFFUSE_OT_add_group
 from ..operators.context import is_node_editor
-from ..operators.convert import TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes, TRUE_DIFFUSE_OT_match_engines
+from ..operators.convert import (
+    TRUE_DIFFUSE_OT_convert,
+    TRUE_DIFFUSE_OT_convert_nodes,
+    TRUE_DIFFUSE_OT_match_engines,
+    TRUE_DIFFUSE_OT_revert,
+)
 from ..operators.lights import TRUE_DIFFUSE_OT_use_selected_lights
 from ..operators.optimize import TRUE_DIFFUSE_OT_optimize, TRUE_DIFFUSE_OT_restore
 from ..operators.presets import TRUE_DIFFUSE_OT_add_preset, TRUE_DIFFUSE_OT_assign_preset
@@ -78,7 +83,12 @@ class TRUE_DIFFUSE_MT_object(bpy.types.Menu):
     def draw(self, context: bpy.types.Context) -> None:
         draw_common(self.layout)
         self.layout.separator()
-        for operator in (TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_match_engines, TRUE_DIFFUSE_OT_build_comparison):
+        for operator in (
+            TRUE_DIFFUSE_OT_convert,
+            TRUE_DIFFUSE_OT_revert,
+            TRUE_DIFFUSE_OT_match_engines,
+            TRUE_DIFFUSE_OT_build_comparison,
+        ):
             self.layout.operator(operator.bl_idname)
         self.layout.separator()
         for operator in (TRUE_DIFFUSE_OT_optimize, TRUE_DIFFUSE_OT_restore, TRUE_DIFFUSE_OT_upgrade):
@@ -120,17 +130,21 @@ def draw_object_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.menu(TRUE_DIFFUSE_MT_object.__name__)
 
 
-def draw_convert(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    """Draw the entry at the end of the context menus of objects and of materials."""
+def draw_convert(self: bpy.types.Menu, context: bpy.types.Context) -> None:
+    """Draw the entries at the end of the context menus of objects and of materials."""
     self.layout.separator()
     self.layout.operator(TRUE_DIFFUSE_OT_convert.bl_idname)
+    if TRUE_DIFFUSE_OT_revert.poll(context):
+        self.layout.operator(TRUE_DIFFUSE_OT_revert.bl_idname)
 
 
 def draw_convert_nodes(self: bpy.types.Menu, context: bpy.types.Context) -> None:
-    """Draw the entry at the end of the Shader Editor's context menu, on nodes that it is for."""
-    if TRUE_DIFFUSE_OT_convert_nodes.poll(context):
+    """Draw the entries at the end of the Shader Editor's context menu, on nodes that they are for."""
+    operators = [each for each in (TRUE_DIFFUSE_OT_convert_nodes, TRUE_DIFFUSE_OT_revert) if each.poll(context)]
+    if operators:
         self.layout.separator()
-        self.layout.operator(TRUE_DIFFUSE_OT_convert_nodes.bl_idname)
+    for operator in operators:
+        self.layout.operator(operator.bl_idname)
 
 
 # Blender's menus, and the function that draws our entry at their end
