@@ -306,13 +306,12 @@ def test_selected_nodes_are_converted_in_the_shader_editor() -> None:
         node.select = True
         assert bpy.ops.true_diffuse.convert_nodes() == {"FINISHED"}
         assert [item.node_tree for item in made.node_tree.nodes if item.type == "GROUP"] == [ROUGH_DIFFUSE.ensure()]
-        _, waxy = material("Subsurface", "Refused")
-        waxy.select = True
+        waxy = made.node_tree.nodes.new(BSDF["Subsurface"])
         waxy.inputs["Scale"].keyframe_insert("default_value", frame=1)
-        bpy.context.object.active_material = refused = bpy.data.materials["Refused"]
-        before = set(refused.node_tree.nodes.keys())
+        waxy.select = True
+        before = set(made.node_tree.nodes.keys())
         assert bpy.ops.true_diffuse.convert_nodes() == {"CANCELLED"}
-        assert set(refused.node_tree.nodes.keys()) == before  # what is canceled leaves no undo step
+        assert set(made.node_tree.nodes.keys()) == before  # what is canceled leaves no undo step
 
 
 @pytest.mark.usefixtures("registered")

@@ -46,7 +46,7 @@ def original_of(node: bpy.types.Node) -> Original | None:
         return None
     data = json.loads(text)
     inputs = {
-        name: OriginalInput(**{key: tuple(value) if isinstance(value, list) else value for key, value in given.items()})
+        name: OriginalInput(*(tuple(item) if isinstance(item, list) else item for item in given.values()))
         for name, given in data["inputs"].items()
     }
     return Original(data["kind"], data["properties"], inputs)

@@ -9,6 +9,8 @@ from ..nodes import PRINCIPLED, SPECULAR_GROUP, SUBSURFACE
 from ..nodes.principled import DIFFUSE_ROUGHNESS
 from .folding import NEGLIGIBLE, Use
 
+ROUGHNESS_OF = {PRINCIPLED.key: DIFFUSE_ROUGHNESS.name}  # by group: the name of the models' roughness, where it is another
+
 
 def reasons(key: str, use: Use) -> Iterator[str]:
     """Yield a phrase for each part of the group of that `key` that `use` does not need."""
@@ -28,7 +30,7 @@ def reasons(key: str, use: Use) -> Iterator[str]:
     weight, specular, roughness = (
         number("Subsurface"),
         number("Specular"),
-        number(DIFFUSE_ROUGHNESS.name if key == PRINCIPLED.key else "Roughness"),
+        number(ROUGHNESS_OF.get(key, "Roughness")),
     )
     if key == SUBSURFACE.key:
         if weight is not None and weight < NEGLIGIBLE:
