@@ -4,6 +4,7 @@
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import bpy
 
@@ -46,10 +47,15 @@ def original_of(node: bpy.types.Node) -> Original | None:
         return None
     data = json.loads(text)
     inputs = {
-        name: OriginalInput(*(tuple(item) if isinstance(item, list) else item for item in given.values()))
+        name: OriginalInput(_plain(given["value"]), given["socket"], _plain(given["made"]), _plain(given["factor"]))
         for name, given in data["inputs"].items()
     }
     return Original(data["kind"], data["properties"], inputs)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as it was before JSON, which has no tuples."""
+    return tuple(value) if isinstance(value, list) else value
 
 
 def value_of(socket: bpy.types.NodeSocket) -> Setting | None:
