@@ -4,7 +4,6 @@
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import bpy
 
@@ -53,7 +52,7 @@ def original_of(node: bpy.types.Node) -> Original | None:
     return Original(data["kind"], data["properties"], inputs)
 
 
-def _plain(value: Any) -> Any:
+def _plain[T](value: T) -> T | tuple[float, ...]:
     """Return a value as it was before JSON, which has no tuples."""
     return tuple(value) if isinstance(value, list) else value
 
