@@ -156,28 +156,30 @@ def burn(a: float, b: float, t: float) -> float:
     return min(max(1.0 - (1.0 - a) / rest, 0.0), 1.0) if rest > 0.0 else 0.0
 
 
+def _hue(color: Triple) -> float:
+    """Return the hue of a color, 0 to 1, 0 where it is gray."""
+    (red, green, blue), high, low = color, max(color), min(color)
+    if high == low:
+        return 0.0
+    around = (green - blue, 0.0) if red == high else (blue - red, 2.0) if green == high else (red - green, 4.0)
+    return (around[0] / (high - low) + around[1]) / 6.0 % 1.0
+
+
 def rgb_to_hsv(color: Triple) -> Triple:
     """Return hue, saturation and value of a color."""
-    red, green, _ = color
     high, low = max(color), min(color)
-    span = high - low
-    saturation = span / high if high != 0.0 else 0.0
-    if saturation == 0.0:
-        return 0.0, 0.0, high
-    away = [(high - channel) / span for channel in color]
-    hue = away[2] - away[1] if red == high else 2.0 + away[0] - away[2] if green == high else 4.0 + away[1] - away[0]
-    return hue / 6.0 % 1.0, saturation, high
+    saturation = (high - low) / high if high != 0.0 else 0.0
+    return _hue(color) if saturation != 0.0 else 0.0, saturation, high
 
 
 def hsv_to_rgb(hsv: Triple) -> Triple:
-    """Return the color of a hue, which repeats outside [0, 1], a saturation and a value."""
+    """Return the color of a hue, a saturation and a value; hues outside [0, 1] are all in the last sixth."""
     hue, saturation, value = hsv
-    red, green, blue = (value * (1.0 - saturation + saturation * ramp) for ramp in _hue_ramps(hue))
-    return red, green, blue
-
-
-def _hue_ramps(hue: float) -> list[float]:
-    return [min(max(abs((hue + shift) % 1.0 * 6.0 - 3.0) - 1.0, 0.0), 1.0) for shift in (0.0, 2.0 / 3.0, 1.0 / 3.0)]
+    sixth = math.floor(hue * 6.0) if hue != 1.0 else 0
+    rest = hue * 6.0 - math.floor(hue * 6.0)
+    p, q, t = (value * (1.0 - saturation * part) for part in (1.0, rest, 1.0 - rest))
+    choices = ((value, t, p), (q, value, p), (p, value, t), (p, q, value), (t, p, value), (value, p, q))
+    return choices[sixth if 0 <= sixth < 5 else 5]
 
 
 def rgb_to_hsl(color: Triple) -> Triple:
@@ -186,15 +188,15 @@ def rgb_to_hsl(color: Triple) -> Triple:
     lightness, span = min(1.0, (high + low) / 2.0), high - low
     if span == 0.0:
         return 0.0, 0.0, lightness
-    saturation = span / (2.0 - high - low) if lightness > 0.5 else span / (high + low)
-    return rgb_to_hsv(color)[0], saturation, lightness
+    return _hue(color), divide(span, 2.0 - high - low if lightness > 0.5 else high + low), lightness
 
 
 def hsl_to_rgb(hsl: Triple) -> Triple:
-    """Return the color of a hue, a saturation and a lightness."""
+    """Return the color of a hue, which does not repeat, a saturation and a lightness."""
     hue, saturation, lightness = hsl
     chroma = (1.0 - abs(2.0 * lightness - 1.0)) * saturation
-    red, green, blue = ((ramp - 0.5) * chroma + lightness for ramp in _hue_ramps(hue))
+    ramps = (abs(hue * 6.0 - 3.0) - 1.0, 2.0 - abs(hue * 6.0 - 2.0), 2.0 - abs(hue * 6.0 - 4.0))
+    red, green, blue = ((min(max(ramp, 0.0), 1.0) - 0.5) * chroma + lightness for ramp in ramps)
     return red, green, blue
 
 
