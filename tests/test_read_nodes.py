@@ -6,11 +6,9 @@ faces, of which the expression reads the same.
 """
 
 import itertools
-import math
 import random
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import bpy
@@ -20,15 +18,13 @@ import pytest
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.material.expression import (
     Attribute,
-    Constant,
-    Coordinate,
     Expression,
     Value,
     evaluate,
     triple,
 )
 from true_diffuse.addon.material.links import Place
-from true_diffuse.addon.material.read_nodes import READERS, NodeReader
+from true_diffuse.addon.material.read_nodes import NodeReader
 from true_diffuse.addon.measure import render
 
 SAMPLES = 16  # faces of a setting; the first ones have the EDGES as values
@@ -48,9 +44,8 @@ class Setting:
     properties: dict[str, Any] = field(default_factory=dict)
     output: str = ""
     is_linked: bool = True
-    change: Callable[[bpy.types.Node], None] = lambda node: None
+    change: Callable[[bpy.types.Node], object] = lambda _node: None
     """Done to the node before its inputs are linked."""
-    limits: tuple[float, float] = (-2.0, 2.0)
 
     def build(self, tree: bpy.types.ShaderNodeTree) -> bpy.types.NodeSocket:
         node = tree.nodes.new(self.kind)
@@ -80,16 +75,20 @@ def _sample(index: int, dice: random.Random) -> dict[str, Value]:
     def number() -> float:
         return round(dice.uniform(-2.0, 2.0) * 64.0) / 64.0
 
-    if index < len(EDGES):
-        edge = EDGES[index]
-        return {name: dice.choice((edge, number())) for name in NUMBERS} | {
-            name: (dice.choice((edge, number())), edge, number()) for name in VECTORS
+    values = {name: number() for name in NUMBERS} | {name: (number(), number(), number()) for name in VECTORS}
+    if index == 0:
+        return dict.fromkeys(NUMBERS, 0.0) | dict.fromkeys(VECTORS, (0.0, 0.0, 0.0))
+    if index == 1:  # zeros but for the first input
+        return {name: value if name in "ap" else 0.0 if name in NUMBERS else (0.0,) * 3 for name, value in values.items()}
+    if index < 2 + len(EDGES):
+        edge = EDGES[index - 2]
+        return {
+            name: dice.choice((edge, value)) if name in NUMBERS else (value[0], edge, value[2]) for name, value in values.items()
         }
-    scale = 1.0 if index < SAMPLES - 3 else 0.25  # some within the range of colors
-    shift = 0.0 if index < SAMPLES - 3 else 0.5
-    return {name: number() * scale + shift for name in NUMBERS} | {
-        name: tuple(number() * scale + shift for _ in range(3)) for name in VECTORS
-    }
+    if index < SAMPLES - 3:
+        return values
+    # within the range of colors
+    return {name: value * 0.25 + 0.5 if name in NUMBERS else tuple(x * 0.25 + 0.5 for x in value) for name, value in values.items()}
 
 
 DICE = random.Random(5)
@@ -104,7 +103,9 @@ def entries(kind: str, name: str) -> list[str]:
 def settings() -> Iterator[Setting]:
     """Every node in every setting, linked."""
     for operation, clamp in itertools.product(entries("ShaderNodeMath", "operation"), (False, True)):
-        yield Setting(f"math {operation}{' clamp' if clamp else ''}", "ShaderNodeMath", {"operation": operation, "use_clamp": clamp})
+        yield Setting(
+            f"math {operation}{' clamp' if clamp else ''}", "ShaderNodeMath", {"operation": operation, "use_clamp": clamp}
+        )
     for operation in entries("ShaderNodeVectorMath", "operation"):
         yield Setting(f"vector math {operation}", "ShaderNodeVectorMath", {"operation": operation})
     for kind in entries("ShaderNodeClamp", "clamp_type"):

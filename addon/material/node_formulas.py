@@ -74,8 +74,9 @@ def map_range(entry: str, is_clamped: bool, values: Sequence[Expression], label:
             part = apply("divide", part, count, label=label)
     span = apply("subtract", to_high, to_low, label=label)
     result = apply("add", apply("multiply", part, span, label=label), to_low, label=label)
-    if value.kind == "number" and isinstance(from_low, Constant) and from_low == from_high:
-        result = ZERO  # as the scalar node alone has it
+    if value.kind == "number":  # 0 where the range is empty, in the scalar node alone
+        sides = (apply(name, from_low, from_high, label=label) for name in ("less_than", "greater_than"))
+        result = apply("multiply", result, apply("add", *sides, label=label), label=label)
     if is_clamped and entry in ("LINEAR", "STEPPED"):
         result = clamp("RANGE", result, to_low, to_high, label)
     return result

@@ -291,8 +291,10 @@ def _rotated_back(vector: Triple, angles: Triple) -> Triple:
 
 
 def _rotated_about(vector: Triple, axis: Triple, angle: float) -> Triple:
-    """Return `vector` turned around an axis by an angle in radians, by Rodrigues' formula."""
+    """Return `vector` turned around an axis by an angle in radians, by Rodrigues' formula; as it is where there is no axis."""
     n = normalize(axis)
+    if not any(n):
+        return vector
     sine, cosine = math.sin(angle), math.cos(angle)
     along, across = dot(n, vector) * (1.0 - cosine), cross(n, vector)
     x, y, z = (v * cosine + c * sine + a * along for v, c, a in zip(vector, across, n, strict=True))
@@ -332,8 +334,8 @@ OPERATIONS |= {
     "sign": Operation("", sign, "sign({0})", materialx="sign"),
     "compare": Operation("", lambda a, b, c: float(abs(a - b) <= max(c, FLT_EPSILON)), "compare({0}, {1}, {2})", MATH),
     "smooth_minimum": Operation("", smooth_minimum, "smooth_minimum({0}, {1}, {2})", MATH),
-    "smooth_maximum": Operation("", lambda a, b, c: -smooth_minimum(-a, -b, c), "-smooth_minimum(-({0}), -({1}), {2})", MATH),
-    "round": Operation("", lambda a: float(math.floor(a + 0.5)), "floor({0} + 0.5)"),
+    "smooth_maximum": Operation("", lambda a, b, c: -smooth_minimum(-a, -b, c), "(-smooth_minimum(-({0}), -({1}), {2}))", MATH),
+    "round": Operation("", lambda a: float(math.floor(a + 0.5)), "floor(({0}) + 0.5)"),
     "floor": Operation("", lambda a: float(math.floor(a)), "floor({0})", materialx="floor"),
     "ceiling": Operation("", lambda a: float(math.ceil(a)), "ceil({0})", materialx="ceil"),
     "truncate": Operation("", lambda a: float(math.trunc(a)), "trunc({0})"),
@@ -346,8 +348,8 @@ OPERATIONS |= {
     "sine": Operation("", math.sin, "sin({0})", materialx="sin"),
     "cosine": Operation("", math.cos, "cos({0})", materialx="cos"),
     "tangent": Operation("", math.tan, "tan({0})", materialx="tan"),
-    "arcsine": Operation("", lambda a: math.asin(min(max(a, -1.0), 1.0)), "asin(clamp({0}, -1.0, 1.0))"),
-    "arccosine": Operation("", lambda a: math.acos(min(max(a, -1.0), 1.0)), "acos(clamp({0}, -1.0, 1.0))"),
+    "arcsine": Operation("", lambda a: math.asin(min(max(a, -1.0), 1.0)), "arcsine({0})", MATH),
+    "arccosine": Operation("", lambda a: math.acos(min(max(a, -1.0), 1.0)), "arccosine({0})", MATH),
     "arctangent": Operation("", math.atan, "atan({0})"),
     "arctangent2": Operation("", math.atan2, "safe_arctangent2({0}, {1})", MATH, "atan2"),
     "hyperbolic_sine": Operation("", _bounded(math.sinh), "sinh({0})"),
@@ -356,7 +358,7 @@ OPERATIONS |= {
     "radians": Operation("", math.radians, "radians({0})"),
     "degrees": Operation("", math.degrees, "degrees({0})"),
     "clamp": Operation("", lambda a, low, high: min(max(a, low), high), "min(max({0}, {1}), {2})", materialx="clamp"),
-    "mix": Operation("", lambda a, b, t: a + (b - a) * t, "mix({0}, {1}, {2})", MATH),
+    "mix": Operation("", lambda a, b, t: a + (b - a) * t, "mix({0}, {1}, {2})"),
     "smooth_step": Operation("", smooth_step, "smooth_step({0}, {1}, {2})", MATH),
     "smoother_step": Operation("", smoother_step, "smoother_step({0}, {1}, {2})", MATH),
     "overlay": Operation("", overlay, "overlay({0}, {1}, {2})", COLORS),
