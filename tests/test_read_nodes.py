@@ -30,7 +30,7 @@ from true_diffuse.addon.measure import render
 SAMPLES = 16  # faces of a setting; the first ones have the EDGES as values
 WIDTH = 64  # faces in a row
 EDGES = (0.0, 1.0, 0.5, -1.0, 2.0)
-VECTORS, NUMBERS = ("a", "b", "c", "d", "e", "f"), ("p", "q", "r", "s", "t", "u")  # names of attributes
+VECTORS, NUMBERS = ("a", "b", "c", "d", "e", "f"), ("p", "q", "r", "s", "t", "u", "v", "w", "x")  # names of attributes
 # 32-bit floats: a node's chain of operations loses a few of its 2^-24, functions such as powers and hues some more
 TOLERANCE = 1e-4
 

@@ -268,7 +268,7 @@ def fresnel(cosine: float, ior: float) -> float:
     if g <= 0.0:
         return 1.0
     g = math.sqrt(g)
-    a, b = (g - c) / (g + c), (c * (g + c) - 1.0) / (c * (g - c) + 1.0)
+    a, b = (g - c) / (g + c), divide(c * (g + c) - 1.0, c * (g - c) + 1.0)
     return 0.5 * a * a * (1.0 + b * b)
 
 

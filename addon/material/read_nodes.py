@@ -27,6 +27,7 @@ from .expression import (
 )
 from .links import Place, is_nothing, source, trail
 from .operations import Value
+from .textures import TEXTURES, operation_name
 
 NUMBERS, TRIPLES = {"VALUE", "INT", "BOOLEAN"}, {"RGBA", "VECTOR", "ROTATION"}
 OWN_NORMAL = Coordinate("normal")
@@ -67,7 +68,7 @@ class NodeReader:
         if is_implicit(place):
             return Constant(plain(place.socket.default_value))
         if not origin.socket.is_output:
-            self._note(origin.node, origin.socket)
+            self._note_animation(origin.node, origin.socket)
             value = Constant(plain(origin.socket.default_value))
         elif is_nothing(origin):
             value = Constant((0.0, 0.0, 0.0) if origin.socket.type in TRIPLES else 0.0)
@@ -98,22 +99,26 @@ class NodeReader:
         settings = image.colorspace_settings
         return Image(image.name_full, settings.name, settings.is_data, image.alpha_mode, image.source, image.is_float)
 
+    def note(self, node: bpy.types.Node, what: str) -> None:
+        """Add to the notes what the user should know of a node, once."""
+        if (note := (node.label or node.name, what)) not in self.notes:
+            self.notes.append(note)
+
     def _output(self, output: Place) -> Expression:
         if output not in self._known:
             read = READERS.get(output.node.bl_idname)
             if read is None:
                 raise unsupported(output)
-            self._note(output.node)
+            self._note_animation(output.node)
             self._known[output] = read(self, output)
         return self._known[output]
 
-    def _note(self, node: bpy.types.Node, socket: bpy.types.NodeSocket | None = None) -> None:
+    def _note_animation(self, node: bpy.types.Node, socket: bpy.types.NodeSocket | None = None) -> None:
         """Note that a node's settings, or the value of one of its sockets, are animated."""
         for curve in fcurves.of_node(node.id_data, node):
             index = fcurves.input_of(curve)
             if node.inputs[index] == socket if index is not None else socket is None:
-                note = (node.label or node.name, ANIMATED)
-                self.notes += [note] if note not in self.notes else []
+                self.note(node, ANIMATED)
 
 
 def is_implicit(place: Place) -> bool:
@@ -186,7 +191,9 @@ def _image_texture(reader: NodeReader, output: Place) -> Expression:
 
 def _assert_unmapped(output: Place) -> None:
     """Raise UnsupportedInput where a texture node has a mapping of its own, which files before Blender 2.8 may have."""
-    own = output.node.texture_mapping
+    own = getattr(output.node, "texture_mapping", None)
+    if own is None:
+        return
     changed = (tuple(own.translation), tuple(own.rotation), tuple(own.scale), own.mapping_x + own.mapping_y + own.mapping_z)
     if changed != ((0.0,) * 3, (0.0,) * 3, (1.0,) * 3, "XYZ"):
         raise UnsupportedInput(output.label, "the texture mapping in the sidebar")
@@ -230,9 +237,7 @@ def _light_path(reader: NodeReader, output: Place) -> Expression:
     name = output.socket.name
     if name in ("Ray Length", "Is Singular Ray"):
         raise unsupported(output)
-    reader.notes += (
-        [note] if (note := (output.label, "other than the camera's rays see what the camera does")) not in reader.notes else []
-    )
+    reader.note(output.node, "other than the camera's rays see what the camera does")
     return Constant(float(name == "Is Camera Ray"))
 
 
@@ -247,6 +252,27 @@ def _attribute(_reader: NodeReader, output: Place) -> Expression:
     if not node.attribute_name:
         return Constant((0.0, 0.0, 0.0) if attribute.kind == "triple" else 0.0)
     return attribute
+
+
+def _texture(reader: NodeReader, output: Place) -> Expression:
+    """Read a texture that is computed."""
+    node = output.node
+    texture = TEXTURES[node.bl_idname]
+    _assert_unmapped(output)
+    places = {socket.identifier: Place(socket, output.groups) for socket in node.inputs}
+    arguments = []
+    for name in texture.arguments:
+        place = places.get(name)
+        if place is None:
+            arguments.append(Constant(plain(getattr(node, name))))
+        elif not place.socket.enabled:
+            arguments.append(reader.own(place))
+        elif name == "Vector" and is_implicit(place) and node.bl_idname != "ShaderNodeTexWhiteNoise":
+            arguments.append(Coordinate("generated"))
+        else:
+            arguments.append(reader.expression(place))
+    choices = {menu: getattr(node, menu) for menu in texture.menus}
+    return apply(operation_name(texture, choices, output.socket.identifier), *arguments, label=output.label)
 
 
 # --- arithmetic
@@ -462,4 +488,5 @@ READERS: Mapping[str, Callable[[NodeReader, Place], Expression]] = {
     "ShaderNodeNormal": _normal,
     "ShaderNodeFresnel": _fresnel,
     "ShaderNodeLayerWeight": _layer_weight,
+    **dict.fromkeys(TEXTURES, _texture),
 }
