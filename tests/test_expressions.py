@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Expressions: simplification, GLSL and edges of operations against the Python reference, which test_read_nodes.py holds to Cycles."""
+"""Expressions: simplification, GLSL and edges of operations against the reference in Python, which test_read_nodes.py tests."""
 
 import math
 import random
