@@ -56,6 +56,34 @@ NOISE_TYPES = ("MULTIFRACTAL", "RIDGED_MULTIFRACTAL", "HYBRID_MULTIFRACTAL", "HE
 # Values that 32-bit floats do not hold exactly, a detail with a fraction, and one below the range.
 NOISE = {"Scale": 1.7, "Detail": 2.6, "Roughness": 0.55, "Lacunarity": 2.1, "Offset": 0.8, "Gain": 1.3, "Distortion": 0.4}
 COLORS = {"Color1": (0.8, 0.2, 0.1, 1.0), "Color2": (0.05, 0.3, 0.9, 1.0)}
+BRICK = {
+    **COLORS,
+    **{"Mortar": (0.3, 0.2, 0.1, 1.0), "Scale": 1.2, "Mortar Size": 0.06, "Mortar Smooth": 0.7, "Bias": 0.1},
+    **{"Brick Width": 0.55, "Row Height": 0.35},
+}
+VORONOI = {"Scale": 1.4, "Detail": 1.4, "Roughness": 0.6, "Lacunarity": 1.9, "Exponent": 0.7, "Smoothness": 0.8, "Randomness": 0.9}
+METRICS = ("EUCLIDEAN", "MANHATTAN", "CHEBYCHEV", "MINKOWSKI")
+VORONOI_CASES = [
+    Case(
+        "ShaderNodeTexVoronoi",
+        output,
+        {"voronoi_dimensions": dimensions, "feature": feature, "distance": metric, "normalize": normalize},
+        sockets,
+    )
+    for sockets, dimensions_, features, metrics, outputs, normalize in (
+        (VORONOI, DIMENSIONS, ("F1", "F2", "SMOOTH_F1"), METRICS[:1], ("Distance", "Color", "Position", "W"), True),
+        (VORONOI | {"Detail": 0.0}, ("3D",), ("F1", "F2", "SMOOTH_F1"), METRICS, ("Distance",), True),
+        (VORONOI, DIMENSIONS, ("DISTANCE_TO_EDGE",), METRICS[:1], ("Distance",), True),
+        (VORONOI | {"Detail": 0.0}, DIMENSIONS, ("DISTANCE_TO_EDGE",), METRICS[:1], ("Distance",), False),
+        (VORONOI, DIMENSIONS, ("N_SPHERE_RADIUS",), METRICS[:1], ("Radius",), False),
+        (VORONOI | {"Smoothness": 0.0, "Roughness": 0.0}, ("2D",), ("SMOOTH_F1",), METRICS[1:], ("Color", "Position"), False),
+    )
+    for dimensions in dimensions_
+    for feature in features
+    for metric in metrics
+    for output in outputs
+    if output != {"1D": "Position", "2D": "W", "3D": "W"}.get(dimensions)
+]
 CASES = [
     *product("ShaderNodeTexNoise", NOISE, noise_dimensions=DIMENSIONS, noise_type=("FBM",), normalize=(False,)),
     *values("ShaderNodeTexNoise", NOISE, noise_dimensions=DIMENSIONS, noise_type=("FBM",), normalize=(True,)),
@@ -78,6 +106,32 @@ CASES = [
     ),
     *product("ShaderNodeTexMagic", {"Scale": 0.9, "Distortion": 1.2}, turbulence_depth=tuple(range(11))),
     *product("ShaderNodeTexMagic", {"Distortion": 0.0}, turbulence_depth=(0, 3)),
+    *values(
+        "ShaderNodeTexWave",
+        {"Scale": 0.8, "Distortion": 1.3, "Detail": 1.5, "Detail Scale": 1.7, "Detail Roughness": 0.6, "Phase Offset": 0.7},
+        wave_type=("BANDS", "RINGS"),
+        bands_direction=("X",),
+        rings_direction=("SPHERICAL",),
+        wave_profile=("SIN", "SAW", "TRI"),
+    ),
+    *values(
+        "ShaderNodeTexWave",
+        {"Scale": 1.1},
+        wave_type=("BANDS", "RINGS"),
+        bands_direction=("X", "Y", "Z", "DIAGONAL"),
+        rings_direction=("X", "Y", "Z", "SPHERICAL"),
+        wave_profile=("SIN",),
+    ),
+    *VORONOI_CASES,
+    *product("ShaderNodeTexBrick", BRICK, offset_frequency=(0, 2, 3), squash_frequency=(2,), offset=(0.3,), squash=(0.7,)),
+    *product(
+        "ShaderNodeTexBrick",
+        BRICK | {"Mortar Smooth": 0.0},
+        offset_frequency=(2,),
+        squash_frequency=(3,),
+        offset=(0.5,),
+        squash=(1.5,),
+    ),
 ]
 NODES = list(TEXTURES)
 every_texture = pytest.mark.parametrize("node", NODES, ids=lambda node: TEXTURES[node].stem)

@@ -8,17 +8,25 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Literal, NamedTuple
 
-from . import checker, gradient, magic, noise, white_noise
+from . import brick, checker, gradient, magic, noise, voronoi, wave, white_noise
 
 type Menu = Mapping[str, str | int]
 
 
 class Output(NamedTuple):
-    """An output of a texture. Both functions take what the menus say and then the arguments; `glsl` is a name that no other has."""
+    """An output of a texture. Its functions take what the menus say and then the arguments.
+
+    glsl: the call, with {} for all of them; empty if the GLSL function is called as the reference is.
+    """
 
     kind: Literal["number", "triple"]
     python: Callable[..., Any]
-    glsl: str
+    glsl: str = ""
+
+    @property
+    def name(self) -> str:
+        """Of the reference, which no other output has."""
+        return self.python.__name__
 
 
 class Texture(NamedTuple):
@@ -51,15 +59,15 @@ TEXTURES: dict[str, Texture] = {
         "noise",
         {"noise_dimensions": DIMENSIONS, "noise_type": NOISE_TYPES, "normalize": SWITCH},
         ("Vector", "W", "Scale", "Detail", "Roughness", "Lacunarity", "Offset", "Gain", "Distortion"),
-        {"Fac": Output("number", noise.noise_value, "noise_value"), "Color": Output("triple", noise.noise_color, "noise_color")},
+        {"Fac": Output("number", noise.noise_value), "Color": Output("triple", noise.noise_color)},
     ),
     "ShaderNodeTexWhiteNoise": Texture(
         "white_noise",
         {"noise_dimensions": DIMENSIONS},
         ("Vector", "W"),
         {
-            "Value": Output("number", white_noise.white_noise_value, "white_noise_value"),
-            "Color": Output("triple", white_noise.white_noise_color, "white_noise_color"),
+            "Value": Output("number", white_noise.white_noise_value),
+            "Color": Output("triple", white_noise.white_noise_color),
         },
     ),
     "ShaderNodeTexChecker": Texture(
@@ -67,8 +75,8 @@ TEXTURES: dict[str, Texture] = {
         {},
         ("Vector", "Color1", "Color2", "Scale"),
         {
-            "Color": Output("triple", checker.checker_color, "checker_color"),
-            "Fac": Output("number", checker.checker_fac, "checker_fac"),
+            "Color": Output("triple", checker.checker_color),
+            "Fac": Output("number", checker.checker_fac),
         },
     ),
     "ShaderNodeTexGradient": Texture(
@@ -76,25 +84,62 @@ TEXTURES: dict[str, Texture] = {
         {"gradient_type": _words(*gradient.TYPES)},
         ("Vector",),
         {
-            "Color": Output("triple", gradient.gradient_color, "gradient_color"),
-            "Fac": Output("number", gradient.gradient_fac, "gradient_fac"),
+            "Color": Output("triple", gradient.gradient_color),
+            "Fac": Output("number", gradient.gradient_fac),
         },
     ),
     "ShaderNodeTexMagic": Texture(
         "magic",
         {"turbulence_depth": {str(depth): depth for depth in range(11)}},
         ("Vector", "Scale", "Distortion"),
-        {"Color": Output("triple", magic.magic_color, "magic_color"), "Fac": Output("number", magic.magic_fac, "magic_fac")},
+        {"Color": Output("triple", magic.magic_color), "Fac": Output("number", magic.magic_fac)},
+    ),
+    "ShaderNodeTexWave": Texture(
+        "wave",
+        {
+            "wave_type": _words("BANDS", "RINGS"),
+            "bands_direction": _words("X", "Y", "Z", "DIAGONAL"),
+            "rings_direction": _words("X", "Y", "Z", "SPHERICAL"),
+            "wave_profile": _words("SIN", "SAW", "TRI"),
+        },
+        ("Vector", "Scale", "Distortion", "Detail", "Detail Scale", "Detail Roughness", "Phase Offset"),
+        {"Color": Output("triple", wave.wave_color), "Fac": Output("number", wave.wave_fac)},
+    ),
+    "ShaderNodeTexVoronoi": Texture(
+        "voronoi",
+        {
+            "voronoi_dimensions": DIMENSIONS,
+            "feature": _words(*voronoi.FEATURES),
+            "distance": _words(*voronoi.METRICS),
+            "normalize": SWITCH,
+        },
+        ("Vector", "W", "Scale", "Detail", "Roughness", "Lacunarity", "Smoothness", "Exponent", "Randomness"),
+        {
+            "Distance": Output("number", voronoi.voronoi_distance, "voronoi({}).distance"),
+            "Color": Output("triple", voronoi.voronoi_color, "voronoi({}).color"),
+            "Position": Output("triple", voronoi.voronoi_position, "voronoi({}).position"),
+            "W": Output("number", voronoi.voronoi_w, "voronoi({}).w"),
+            "Radius": Output("number", voronoi.voronoi_radius, "voronoi({}).radius"),
+        },
+    ),
+    "ShaderNodeTexBrick": Texture(
+        "brick",
+        {},
+        (
+            *("Vector", "Color1", "Color2", "Mortar", "Scale", "Mortar Size", "Mortar Smooth", "Bias", "Brick Width", "Row Height"),
+            *("offset", "offset_frequency", "squash", "squash_frequency"),
+        ),
+        {"Color": Output("triple", brick.brick_color), "Fac": Output("number", brick.brick_fac)},
     ),
 }
 """By the type of the node (bl_idname)."""
 
-FUNCTIONS = {output.glsl: (texture, output) for texture in TEXTURES.values() for output in texture.outputs.values()}
+FUNCTIONS = {output.name: (texture, output) for texture in TEXTURES.values() for output in texture.outputs.values()}
 
 
 def operation_name(texture: Texture, choices: Mapping[str, object], output: str) -> str:
     """Return the name of the operation that gives `output`, where `choices` has the values of the node's menus."""
-    return f"{texture.outputs[output].glsl}({', '.join(str(choices[menu]) for menu in texture.menus)})"
+    return f"{texture.outputs[output].name}({', '.join(str(choices[menu]) for menu in texture.menus)})"
 
 
 class TextureOperation(NamedTuple):
@@ -120,4 +165,5 @@ def operation(name: str) -> TextureOperation:
         values.append(menu[choice])
         literals.append(str(list(menu).index(choice) if isinstance(menu[choice], str) else menu[choice]).lower())
     literals += [f"{{{index}}}" for index in range(len(texture.arguments))]
-    return TextureOperation(output.kind, partial(output.python, *values), f"{function}({', '.join(literals)})", texture.stem)
+    call = (output.glsl or f"{function}({{}})").format(", ".join(literals))
+    return TextureOperation(output.kind, partial(output.python, *values), call, texture.stem)
