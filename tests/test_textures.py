@@ -46,7 +46,7 @@ def product(node: str, sockets: dict[str, object], /, **menus: tuple) -> list[Ca
     ]
 
 
-def values(node: str, sockets: dict[str, object], /, **menus: tuple) -> list[Case]:
+def first_outputs(node: str, sockets: dict[str, object], /, **menus: tuple) -> list[Case]:
     """Return the cases of the first output."""
     return product(node, sockets, **menus)[:: len(TEXTURES[node].outputs)]
 
@@ -62,32 +62,39 @@ BRICK = {
     **{"Brick Width": 0.55, "Row Height": 0.35},
 }
 VORONOI = {"Scale": 1.4, "Detail": 1.4, "Roughness": 0.6, "Lacunarity": 1.9, "Exponent": 0.7, "Smoothness": 0.8, "Randomness": 0.9}
-METRICS = ("EUCLIDEAN", "MANHATTAN", "CHEBYCHEV", "MINKOWSKI")
+VORONOI_MENUS = ("voronoi_dimensions", "feature", "distance", "normalize")
 VORONOI_CASES = [
-    Case(
-        "ShaderNodeTexVoronoi",
-        output,
-        {"voronoi_dimensions": dimensions, "feature": feature, "distance": metric, "normalize": normalize},
-        sockets,
+    Case("ShaderNodeTexVoronoi", output, dict(zip(VORONOI_MENUS, menus, strict=True)), VORONOI | {"Detail": detail})
+    for output, detail, *menus in (
+        # each feature in each number of dimensions, and each output of both
+        ("Distance", 1.4, "1D", "F1", "EUCLIDEAN", True),
+        ("Color", 1.4, "1D", "F2", "EUCLIDEAN", True),
+        ("W", 1.4, "1D", "SMOOTH_F1", "EUCLIDEAN", True),
+        ("Color", 1.4, "2D", "F1", "EUCLIDEAN", True),
+        ("Position", 1.4, "2D", "F2", "EUCLIDEAN", True),
+        ("Distance", 1.4, "2D", "SMOOTH_F1", "EUCLIDEAN", True),
+        ("Position", 1.4, "3D", "F1", "EUCLIDEAN", True),
+        ("Distance", 1.4, "3D", "F2", "EUCLIDEAN", True),
+        ("Color", 1.4, "3D", "SMOOTH_F1", "EUCLIDEAN", True),
+        ("W", 1.4, "4D", "F1", "EUCLIDEAN", True),
+        ("Color", 0.0, "4D", "F2", "EUCLIDEAN", True),
+        ("Position", 0.0, "4D", "SMOOTH_F1", "EUCLIDEAN", True),
+        *(
+            ("Distance", detail, f"{n}D", "DISTANCE_TO_EDGE", "EUCLIDEAN", detail > 0.0)
+            for n in (1, 2, 3, 4)
+            for detail in (0.0, 1.4)
+        ),
+        *(("Radius", 0.0, f"{n}D", "N_SPHERE_RADIUS", "EUCLIDEAN", False) for n in (1, 2, 3, 4)),
+        # each metric
+        *(("Distance", 0.0, "2D", "F1", metric, True) for metric in ("MANHATTAN", "CHEBYCHEV", "MINKOWSKI")),
+        *(("Color", 0.0, "3D", "F2", metric, False) for metric in ("MANHATTAN", "CHEBYCHEV", "MINKOWSKI")),
+        *(("Distance", 0.0, "3D", "SMOOTH_F1", metric, False) for metric in ("MANHATTAN", "CHEBYCHEV", "MINKOWSKI")),
     )
-    for sockets, dimensions_, features, metrics, outputs, normalize in (
-        (VORONOI, DIMENSIONS, ("F1", "F2", "SMOOTH_F1"), METRICS[:1], ("Distance", "Color", "Position", "W"), True),
-        (VORONOI | {"Detail": 0.0}, ("3D",), ("F1", "F2", "SMOOTH_F1"), METRICS, ("Distance",), True),
-        (VORONOI, DIMENSIONS, ("DISTANCE_TO_EDGE",), METRICS[:1], ("Distance",), True),
-        (VORONOI | {"Detail": 0.0}, DIMENSIONS, ("DISTANCE_TO_EDGE",), METRICS[:1], ("Distance",), False),
-        (VORONOI, DIMENSIONS, ("N_SPHERE_RADIUS",), METRICS[:1], ("Radius",), False),
-        (VORONOI | {"Smoothness": 0.0, "Roughness": 0.0}, ("2D",), ("SMOOTH_F1",), METRICS[1:], ("Color", "Position"), False),
-    )
-    for dimensions in dimensions_
-    for feature in features
-    for metric in metrics
-    for output in outputs
-    if output != {"1D": "Position", "2D": "W", "3D": "W"}.get(dimensions)
 ]
 CASES = [
     *product("ShaderNodeTexNoise", NOISE, noise_dimensions=DIMENSIONS, noise_type=("FBM",), normalize=(False,)),
-    *values("ShaderNodeTexNoise", NOISE, noise_dimensions=DIMENSIONS, noise_type=("FBM",), normalize=(True,)),
-    *values("ShaderNodeTexNoise", NOISE, noise_dimensions=DIMENSIONS, noise_type=NOISE_TYPES, normalize=(False,)),
+    *first_outputs("ShaderNodeTexNoise", NOISE, noise_dimensions=DIMENSIONS, noise_type=("FBM",), normalize=(True,)),
+    *first_outputs("ShaderNodeTexNoise", NOISE, noise_dimensions=DIMENSIONS, noise_type=NOISE_TYPES, normalize=(False,)),
     # to beyond a million, where the noise has repeated and changes
     *product(
         "ShaderNodeTexNoise",
@@ -96,7 +103,7 @@ CASES = [
         noise_type=("HYBRID_MULTIFRACTAL",),
         normalize=(True,),
     ),
-    *values("ShaderNodeTexNoise", {"Detail": -1.0}, noise_dimensions=("2D",), noise_type=("FBM",), normalize=(True,)),
+    *first_outputs("ShaderNodeTexNoise", {"Detail": -1.0}, noise_dimensions=("2D",), noise_type=("FBM",), normalize=(True,)),
     *product("ShaderNodeTexWhiteNoise", {}, noise_dimensions=DIMENSIONS),
     *product("ShaderNodeTexChecker", COLORS | {"Scale": 0.7}),
     *product(
@@ -106,7 +113,7 @@ CASES = [
     ),
     *product("ShaderNodeTexMagic", {"Scale": 0.9, "Distortion": 1.2}, turbulence_depth=tuple(range(11))),
     *product("ShaderNodeTexMagic", {"Distortion": 0.0}, turbulence_depth=(0, 3)),
-    *values(
+    *first_outputs(
         "ShaderNodeTexWave",
         {"Scale": 0.8, "Distortion": 1.3, "Detail": 1.5, "Detail Scale": 1.7, "Detail Roughness": 0.6, "Phase Offset": 0.7},
         wave_type=("BANDS", "RINGS"),
@@ -114,7 +121,7 @@ CASES = [
         rings_direction=("SPHERICAL",),
         wave_profile=("SIN", "SAW", "TRI"),
     ),
-    *values(
+    *first_outputs(
         "ShaderNodeTexWave",
         {"Scale": 1.1},
         wave_type=("BANDS", "RINGS"),
@@ -123,6 +130,7 @@ CASES = [
         wave_profile=("SIN",),
     ),
     *VORONOI_CASES,
+    VORONOI_CASES[5]._replace(sockets=VORONOI | {"Smoothness": 0.0, "Roughness": 0.0}),  # one octave of F1
     *product("ShaderNodeTexBrick", BRICK, offset_frequency=(0, 2, 3), squash_frequency=(2,), offset=(0.3,), squash=(0.7,)),
     *product(
         "ShaderNodeTexBrick",
@@ -275,19 +283,19 @@ def test_reference_is_what_cycles_renders(node: str, measured: dict[str, list[Me
 @pytest.mark.usefixtures("driver")
 @every_texture
 def test_glsl_is_the_reference(node: str, measured: dict[str, list[Measured]]) -> None:
-    cases = measured[node]
     texture = TEXTURES[node]
-    branches, rows = "", []
-    for index, one in enumerate(cases):
-        given = {name: literal(value) for name, value in one.constants.items()} | {"Vector": "vector", "W": "w"}
-        entry = OPERATIONS[one.case.name]
-        branches += f"if (index == {index}) return vec3({entry.glsl.format(*(given[name] for name in texture.arguments))});\n"
-        rows += [((*pixel.vector, pixel.w), (float(index),)) for pixel in one.pixels]
-    functions = f"{source(texture.stem)}\nvec3 chosen(int index, vec3 vector, float w) {{ {branches} return vec3(0.0); }}"
-    got = evaluate_functions(functions, "chosen(int(b.x), a.xyz, a.w)", rows)
-    for one, values in zip(cases, itertools.batched(got, SIDE * SIDE, strict=True), strict=True):
-        off = [pair for pair in zip(one.references, values, strict=True) if distance(*pair) > TOLERANCE]
-        assert not off, (one.case.name, len(off), off[0])
+    for cases in itertools.batched(measured[node], 4, strict=False):  # a program of more takes longer to compile than several
+        branches, rows = "", []
+        for index, one in enumerate(cases):
+            given = {name: literal(value) for name, value in one.constants.items()} | {"Vector": "vector", "W": "w"}
+            call = OPERATIONS[one.case.name].glsl.format(*(given[name] for name in texture.arguments))
+            branches += f"if (index == {index}) return vec3({call});\n"
+            rows += [((*pixel.vector, pixel.w), (float(index),)) for pixel in one.pixels]
+        functions = f"{source(texture.stem)}\nvec3 chosen(int index, vec3 vector, float w) {{ {branches} return vec3(0.0); }}"
+        got = evaluate_functions(functions, "chosen(int(b.x), a.xyz, a.w)", rows)
+        for one, values in zip(cases, itertools.batched(got, SIDE * SIDE, strict=True), strict=True):
+            off = [pair for pair in zip(one.references, values, strict=True) if distance(*pair) > TOLERANCE]
+            assert not off, (one.case.name, len(off), off[0])
 
 
 @pytest.mark.parametrize("name", ["noise_value(5D, FBM, True)", "noise_value(3D, FBM)", "gradient_fac()", "no_texture(3D)"])

@@ -27,9 +27,7 @@ def brick_color(
     tint, fac = _brick(
         vector, scale, mortar_size, mortar_smooth, bias, brick_width, row_height, offset, offset_frequency, squash, squash_frequency
     )
-    red, green, blue = (
-        (a + (b - a) * tint) * (1.0 - fac) + c * fac for a, b, c in zip(color1, color2, mortar, strict=True)
-    )
+    red, green, blue = ((a + (b - a) * tint) * (1.0 - fac) + c * fac for a, b, c in zip(color1, color2, mortar, strict=True))
     return (red, green, blue)
 
 

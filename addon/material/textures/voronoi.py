@@ -105,7 +105,7 @@ def _cell(p: Coordinates) -> tuple[list[int], list[float]]:
 
 
 def _points(node: Voronoi, cell: Sequence[int], reach: int) -> Iterator[tuple[tuple[int, ...], list[float]]]:
-    """Yield for all cells up to `reach` from `cell` the offset and the place of its point, from the corner of `cell`; x runs first."""
+    """Yield for each cell up to `reach` from `cell` its offset and its point, seen from the corner of `cell`; x runs first."""
     for backwards in product(range(-reach, reach + 1), repeat=len(cell)):
         offset = backwards[::-1]
         there = tuple(c + o for c, o in zip(cell, offset, strict=True))
