@@ -14,19 +14,15 @@ type Menu = Mapping[str, str | int]
 
 
 class Output(NamedTuple):
-    """An output of a texture. Its functions take what the menus say and then the arguments.
+    """An output of a texture, by a name that no other has. Its functions take what the menus say and then the arguments.
 
-    glsl: the call, with {} for all of them; empty if the GLSL function is called as the reference is.
+    glsl: the call, with {} for all of them; empty if the GLSL function is `name`.
     """
 
+    name: str
     kind: Literal["number", "triple"]
     python: Callable[..., Any]
     glsl: str = ""
-
-    @property
-    def name(self) -> str:
-        """Of the reference, which no other output has."""
-        return self.python.__name__
 
 
 class Texture(NamedTuple):
@@ -59,15 +55,15 @@ TEXTURES: dict[str, Texture] = {
         "noise",
         {"noise_dimensions": DIMENSIONS, "noise_type": NOISE_TYPES, "normalize": SWITCH},
         ("Vector", "W", "Scale", "Detail", "Roughness", "Lacunarity", "Offset", "Gain", "Distortion"),
-        {"Fac": Output("number", noise.noise_value), "Color": Output("triple", noise.noise_color)},
+        {"Fac": Output("noise_value", "number", noise.noise_value), "Color": Output("noise_color", "triple", noise.noise_color)},
     ),
     "ShaderNodeTexWhiteNoise": Texture(
         "white_noise",
         {"noise_dimensions": DIMENSIONS},
         ("Vector", "W"),
         {
-            "Value": Output("number", white_noise.white_noise_value),
-            "Color": Output("triple", white_noise.white_noise_color),
+            "Value": Output("white_noise_value", "number", white_noise.white_noise_value),
+            "Color": Output("white_noise_color", "triple", white_noise.white_noise_color),
         },
     ),
     "ShaderNodeTexChecker": Texture(
@@ -75,8 +71,8 @@ TEXTURES: dict[str, Texture] = {
         {},
         ("Vector", "Color1", "Color2", "Scale"),
         {
-            "Color": Output("triple", checker.checker_color),
-            "Fac": Output("number", checker.checker_fac),
+            "Color": Output("checker_color", "triple", checker.checker_color),
+            "Fac": Output("checker_fac", "number", checker.checker_fac),
         },
     ),
     "ShaderNodeTexGradient": Texture(
@@ -84,15 +80,15 @@ TEXTURES: dict[str, Texture] = {
         {"gradient_type": _words(*gradient.TYPES)},
         ("Vector",),
         {
-            "Color": Output("triple", gradient.gradient_color),
-            "Fac": Output("number", gradient.gradient_fac),
+            "Color": Output("gradient_color", "triple", gradient.gradient_color),
+            "Fac": Output("gradient_fac", "number", gradient.gradient_fac),
         },
     ),
     "ShaderNodeTexMagic": Texture(
         "magic",
         {"turbulence_depth": {str(depth): depth for depth in range(11)}},
         ("Vector", "Scale", "Distortion"),
-        {"Color": Output("triple", magic.magic_color), "Fac": Output("number", magic.magic_fac)},
+        {"Color": Output("magic_color", "triple", magic.magic_color), "Fac": Output("magic_fac", "number", magic.magic_fac)},
     ),
     "ShaderNodeTexWave": Texture(
         "wave",
@@ -103,7 +99,7 @@ TEXTURES: dict[str, Texture] = {
             "wave_profile": _words("SIN", "SAW", "TRI"),
         },
         ("Vector", "Scale", "Distortion", "Detail", "Detail Scale", "Detail Roughness", "Phase Offset"),
-        {"Color": Output("triple", wave.wave_color), "Fac": Output("number", wave.wave_fac)},
+        {"Color": Output("wave_color", "triple", wave.wave_color), "Fac": Output("wave_fac", "number", wave.wave_fac)},
     ),
     "ShaderNodeTexVoronoi": Texture(
         "voronoi",
@@ -115,11 +111,11 @@ TEXTURES: dict[str, Texture] = {
         },
         ("Vector", "W", "Scale", "Detail", "Roughness", "Lacunarity", "Smoothness", "Exponent", "Randomness"),
         {
-            "Distance": Output("number", voronoi.voronoi_distance, "voronoi({}).distance"),
-            "Color": Output("triple", voronoi.voronoi_color, "voronoi({}).color"),
-            "Position": Output("triple", voronoi.voronoi_position, "voronoi({}).position"),
-            "W": Output("number", voronoi.voronoi_w, "voronoi({}).w"),
-            "Radius": Output("number", voronoi.voronoi_radius, "voronoi({}).radius"),
+            "Distance": Output("voronoi_distance", "number", voronoi.voronoi_distance, "voronoi({}).distance"),
+            "Color": Output("voronoi_color", "triple", voronoi.voronoi_color, "voronoi({}).color"),
+            "Position": Output("voronoi_position", "triple", voronoi.voronoi_position, "voronoi({}).position"),
+            "W": Output("voronoi_w", "number", voronoi.voronoi_w, "voronoi({}).w"),
+            "Radius": Output("voronoi_radius", "number", voronoi.voronoi_radius, "voronoi({}).radius"),
         },
     ),
     "ShaderNodeTexBrick": Texture(
@@ -129,7 +125,7 @@ TEXTURES: dict[str, Texture] = {
             *("Vector", "Color1", "Color2", "Mortar", "Scale", "Mortar Size", "Mortar Smooth", "Bias", "Brick Width", "Row Height"),
             *("offset", "offset_frequency", "squash", "squash_frequency"),
         ),
-        {"Color": Output("triple", brick.brick_color), "Fac": Output("number", brick.brick_fac)},
+        {"Color": Output("brick_color", "triple", brick.brick_color), "Fac": Output("brick_fac", "number", brick.brick_fac)},
     ),
 }
 """By the type of the node (bl_idname)."""
