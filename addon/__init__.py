@@ -28,12 +28,12 @@ class glTF2ExportUserExtension:
 
 def _modules() -> tuple["ModuleType", ...]:
     """Return the modules that register something with Blender, in order."""
-    from . import operators, realtime, ui, usd
+    from . import gltf, operators, realtime, ui, usd
     from .blender import properties
     from .handlers import library, lights, optimized
     from .ui import preferences
 
-    return preferences, properties, operators, ui, realtime, usd, optimized, lights, library
+    return preferences, properties, operators, ui, realtime, usd, gltf, optimized, lights, library
 
 
 def register() -> None:

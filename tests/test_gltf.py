@@ -14,7 +14,7 @@ import bpy
 import pytest
 
 from true_diffuse.addon import glTF2ExportUserExtension, models
-from true_diffuse.addon.blender import report
+from true_diffuse.addon.blender import properties, report
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.convert import convert_materials
 from true_diffuse.addon.material.read import group_node
@@ -42,9 +42,11 @@ def hook() -> Iterator[None]:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     addon = bpy.context.preferences.addons.new()
     addon.module = "true_diffuse"
+    properties.register()
     assert sys.modules["true_diffuse"].glTF2ExportUserExtension is glTF2ExportUserExtension
     report.take()
     yield
+    properties.unregister()
     bpy.context.preferences.addons.remove(addon)
 
 
@@ -429,22 +431,24 @@ def test_the_file_is_as_it_was_after_an_export_and_after_an_error(tmp_path: Path
     assert state() == before
 
 
-@pytest.mark.parametrize("has_occlusion", [False, True])
 @pytest.mark.parametrize("unused", [False, True])
-@pytest.mark.parametrize("quality", ["Balanced", "Precise"])
-def test_what_is_inside_our_groups_is_no_emission(has_occlusion: bool, unused: bool, quality: str, tmp_path: Path) -> None:
-    material = rough("EON", Quality=quality)
-    link_image(material, "Color", "base")
-    if has_occlusion:
-        material.node_tree.links.new(
-            image_node(material, "occlusion").outputs["Color"], occlusion_node(material).inputs["Occlusion"]
-        )
-    show(material)
-    written = export(tmp_path / "one.glb", export_unused_textures=unused)["materials"][0]
-    assert "emissiveFactor" not in written and "emissiveTexture" not in written
-    assert "KHR_materials_emissive_strength" not in written["extensions"]
-    assert "baseColorTexture" in written["pbrMetallicRoughness"]
-    assert ("occlusionTexture" in written) == has_occlusion
+def test_what_is_inside_our_groups_is_no_emission(unused: bool, tmp_path: Path) -> None:
+    for quality in ("Balanced", "Precise"):
+        for has_occlusion in (False, True):
+            material = rough("EON", Quality=quality)
+            material.name = f"{quality} {has_occlusion}"
+            link_image(material, "Color", "base")
+            if has_occlusion:
+                output = image_node(material, "occlusion").outputs["Color"]
+                material.node_tree.links.new(output, occlusion_node(material).inputs["Occlusion"])
+            show(material)
+    document = export(tmp_path / "one.glb", export_unused_textures=unused)
+    assert len(document["materials"]) == 4
+    for written in document["materials"]:
+        assert "emissiveFactor" not in written and "emissiveTexture" not in written
+        assert "KHR_materials_emissive_strength" not in written["extensions"]
+        assert "baseColorTexture" in written["pbrMetallicRoughness"]
+        assert ("occlusionTexture" in written) == written["name"].endswith("True")
 
 
 @pytest.mark.parametrize("albedo", [1.0, 0.7])
@@ -550,8 +554,6 @@ def test_a_material_linked_from_another_file_is_written(tmp_path: Path) -> None:
     link_image(material, "Color", "base")
     show(material)
     bpy.data.libraries.write(str(tmp_path / "library.blend"), {material})
-    addon = bpy.context.preferences.addons.get("true_diffuse")
-    assert addon
     for block in (*bpy.data.materials, *bpy.data.meshes, *bpy.data.images):
         bpy.data.batch_remove([block])
     with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, wanted):
@@ -560,6 +562,76 @@ def test_a_material_linked_from_another_file_is_written(tmp_path: Path) -> None:
     written = by_name(export(tmp_path / "one.glb"))["Lambert"]
     assert written["pbrMetallicRoughness"]["baseColorTexture"]["image"] == "base"
     assert [block.library is not None for block in bpy.data.materials] == [True]
+
+
+def noise(material: bpy.types.Material) -> bpy.types.NodeSocket:
+    return add(material, "TexNoise").outputs["Color"]
+
+
+def ramped(material: bpy.types.Material) -> bpy.types.NodeSocket:
+    return add(material, "ValToRGB", image_node(material, "below").outputs["Color"]).outputs["Color"]
+
+
+def non_color(material: bpy.types.Material) -> bpy.types.NodeSocket:
+    node = image_node(material, "data")
+    node.image.colorspace_settings.is_data = True
+    return node.outputs["Color"]
+
+
+def boxed(material: bpy.types.Material) -> bpy.types.NodeSocket:
+    node = image_node(material, "box")
+    node.projection = "BOX"
+    return node.outputs["Color"]
+
+
+def generated(material: bpy.types.Material) -> bpy.types.NodeSocket:
+    node = image_node(material, "generated")
+    material.node_tree.links.new(add(material, "TexCoord").outputs["Generated"], node.inputs["Vector"])
+    return node.outputs["Color"]
+
+
+NOT_HELD = {
+    noise: "the node Noise Texture (Noise Texture) is not supported, the socket's own value is written",
+    ramped: "the node Color Ramp (Color Ramp) is not supported, the image below is written without it",
+    non_color: "the image data, which is Non-Color, but glTF reads it as sRGB, (Image Texture) is not supported, "
+    "the image data is written without it",
+    boxed: "Box projection of the image box (Image Texture) is not supported, the image box is written without it",
+    generated: "an image mapped by the output Generated of the node Texture Coordinate (Texture Coordinate) is not supported, "
+    "the image generated is written without it",
+}
+
+
+@pytest.mark.parametrize("bake", [False, True])
+def test_what_gltf_cannot_hold_is_said_or_baked(bake: bool, tmp_path: Path, validator: Path) -> None:
+    for make in NOT_HELD:
+        material = rough("Lambert")
+        material.name = make.__name__
+        material.node_tree.links.new(make(material), group_node(material)[0].inputs["Color"])
+        show(material)
+    settings = bpy.context.scene.true_diffuse
+    settings.bake, settings.bake_resolution = bake, 16
+    before = list(bpy.data.images), list(bpy.data.scenes), list(bpy.data.objects)
+    written = by_name(export(tmp_path / "one.glb"))
+    said = [] if bake else [f"True Diffuse: {make.__name__}: Base color: {text}" for make, text in NOT_HELD.items()]
+    assert sorted(report.take()) == sorted(said)
+    images = {name: material["pbrMetallicRoughness"].get("baseColorTexture", {}).get("image") for name, material in written.items()}
+    kept = {"noise": None, "ramped": "below", "non_color": "data", "boxed": "box", "generated": "generated"}
+    assert images == ({name: f"{name} Base Color" for name in kept} if bake else kept)
+    assert bake or written["noise"]["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx(COLOR)
+    assert (list(bpy.data.images), list(bpy.data.scenes), list(bpy.data.objects)) == before
+    assert errors(validator, tmp_path / "one.glb") == []
+
+
+def test_what_cannot_be_baked_is_said_with_the_reason(tmp_path: Path) -> None:
+    material = rough("Lambert")
+    material.node_tree.links.new(add(material, "LayerWeight").outputs["Facing"], group_node(material)[0].inputs["Color"])
+    show(material)
+    bpy.context.scene.true_diffuse.bake = True
+    export(tmp_path / "one.glb")
+    assert report.take() == [
+        "True Diffuse: Lambert: Base color: the node Layer Weight (Layer Weight) is not supported, "
+        "the socket's own value is written and not baked, as Layer Weight depends on the view"
+    ]
 
 
 def test_has_color_and_roughness(tmp_path: Path) -> None:

@@ -30,6 +30,21 @@ class TrueDiffuseScene(bpy.types.PropertyGroup):
         description="Samples per pixel of True Diffuse Realtime in the viewport, one per redraw",
         **SAMPLES,
     )
+    bake: bpy.props.BoolProperty(  # ty: ignore[invalid-type-form]
+        name="Bake What Cannot Be Carried",
+        description="Bake nodes that the file cannot hold, with Cycles, to images on the UV map of the meshes. "
+        "Without it the file gets a simpler value, and a message says so",
+        default=False,
+    )
+    bake_resolution: bpy.props.IntProperty(  # ty: ignore[invalid-type-form]
+        name="Resolution",
+        description="Width and height of baked images",
+        subtype="PIXEL",
+        default=1024,
+        min=16,
+        max=16384,
+        soft_max=8192,
+    )
 
 
 _register_class, _unregister_class = bpy.utils.register_classes_factory((TrueDiffuseScene,))

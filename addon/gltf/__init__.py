@@ -1,2 +1,37 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Our materials in glTF, through Blender's exporter."""
+"""Our materials in glTF, through Blender's exporter.
+
+export.py     one run of the exporter: called by its hooks
+exporter.py   makes the exporter read stand-ins in place of our materials
+stand_in.py   a copy of a material with a Principled BSDF in place of each of our groups
+inputs.py     what feeds an input, in the shape that the exporter knows
+losses.py     what is not in the file
+"""
+
+import bpy
+
+NAME = "True Diffuse"  # of the panel in the exporter's options
+
+
+def draw(context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
+    """Draw the options in the dialog of the exporter."""
+    header, body = layout.panel("true_diffuse_gltf")
+    header.label(text=NAME)
+    if body:
+        settings = context.scene.true_diffuse
+        body.prop(settings, "bake")
+        column = body.column()
+        column.active = settings.bake
+        column.prop(settings, "bake_resolution")
+
+
+def register() -> None:
+    from io_scene_gltf2 import exporter_extension_layout_draw
+
+    exporter_extension_layout_draw[NAME] = draw
+
+
+def unregister() -> None:
+    from io_scene_gltf2 import exporter_extension_layout_draw
+
+    exporter_extension_layout_draw.pop(NAME, None)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..blender import report
+from ..material.bake import bake_input
 from ..material.links import Place
 from ..material.read import Names, identifier, read
 from ..material.surface import texture_factor
@@ -44,7 +45,7 @@ class Export:
         for material in list(bpy.data.materials):
             if material.node_tree and holds_ours(material.node_tree):
                 with _guarded(material):
-                    _arrange(self._stand_ins.add(material))
+                    _arrange(self._stand_ins.add(material), material)
 
     def gather_material(self, gltf_material: "Material", material: bpy.types.Material) -> None:
         """Put right what the exporter has gathered for one of our materials."""
@@ -80,11 +81,18 @@ def _written(stand_in: StandIn) -> tuple[bpy.types.Node | None, Replaced | None]
     return node, next((replaced for replaced in stand_in.replaced if replaced.principled == node), None)
 
 
-def _arrange(stand_in: StandIn) -> None:
+def _arrange(stand_in: StandIn, material: bpy.types.Material) -> None:
     """Link what feeds the Principled BSDF that is written as the exporter knows it; notes what glTF cannot hold."""
+    settings = bpy.context.scene.true_diffuse
+
+    def bake(place: Place, is_color: bool) -> bpy.types.Image:
+        image = bake_input(stand_in.material, place, settings.bake_resolution, is_color=is_color, used_as=material)
+        stand_in.images.append(image)
+        return image
+
     _, replaced = _written(stand_in)
     if replaced:
-        stand_in.losses += [loss for _, loss in inputs.losses(replaced.principled, replaced.groups)]
+        stand_in.losses += inputs.arrange(replaced.principled, replaced.groups, bake if settings.bake else None)
 
 
 def _adjust(gltf_material: "Material", replaced: Replaced) -> None:

@@ -3,15 +3,16 @@
 
 A color or number can be a constant, an image, and for base color and alpha a color attribute, or their product. The exporter knows
 such a product only in the shape of its own importer, and takes the nearest image behind anything else without a word. So `arrange`
-links a product in that shape, and says what is none.
+links a product in that shape, and says or bakes what is none.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import bpy
 
+from ..material.bake import CannotBake
 from ..material.links import Place, source, upstream
 from ..material.surface import Loss
 
@@ -82,15 +83,42 @@ def varies(place: Place) -> bool:
     return any(output.node.type in ("TEX_IMAGE", "VERTEX_COLOR", "ATTRIBUTE") for output in upstream(place))
 
 
-def losses(principled: bpy.types.Node, groups: tuple[bpy.types.Node, ...]) -> Iterator[tuple[str, Loss]]:
-    """Arrange what feeds the inputs of `principled`, inside `groups`; yields the inputs that glTF cannot hold, and what is lost."""
+def arrange(
+    principled: bpy.types.Node, groups: tuple[bpy.types.Node, ...], bake: Callable[[Place, bool], bpy.types.Image] | None
+) -> Iterator[Loss]:
+    """Link what feeds the inputs of `principled`, inside `groups`, as the exporter knows it; yields what glTF cannot hold.
+
+    With `bake`, which returns an image of what feeds an input, a color or not, that is linked instead where it can be.
+    """
     for name in sorted(COLORS | NUMBERS | NORMALS | CONSTANTS):
         place = Place(principled.inputs[name], groups)
-        if place.socket.is_linked and is_in_use(principled, name):
-            try:
-                _arrange(place, name)
-            except NotHeld as lost:
-                yield name, Loss(name, lost.node, lost.what, _instead(place, name))
+        if not place.socket.is_linked or not is_in_use(principled, name):
+            continue
+        try:
+            _arrange(place, name)
+        except NotHeld as lost:
+            why_not = ""
+            if bake and name not in CONSTANTS:
+                try:
+                    baked = _below_clip(place) if name == "Alpha" else place
+                    _link_image(baked, bake(baked, name in COLORS))
+                    continue
+                except CannotBake as reason:
+                    why_not = f" and not baked, as {reason}"
+            yield Loss(name, lost.node, lost.what, _instead(place, name) + why_not)
+
+
+def _link_image(place: Place, image: bpy.types.Image) -> None:
+    """Link a new image node to an input, through a Normal Map node to one of a normal."""
+    tree = place.node.id_data
+    node = tree.nodes.new("ShaderNodeTexImage")
+    node.image = image
+    output = node.outputs["Color"]
+    if place.socket.name in NORMALS:
+        normal_map = tree.nodes.new("ShaderNodeNormalMap")
+        tree.links.new(output, normal_map.inputs["Color"])
+        output = normal_map.outputs["Normal"]
+    tree.links.new(output, place.socket)
 
 
 def _instead(place: Place, name: str) -> str:

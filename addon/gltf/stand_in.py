@@ -61,6 +61,8 @@ class StandIn:
 
     material: bpy.types.Material
     groups: list[bpy.types.ShaderNodeTree] = field(default_factory=list)
+    images: list[bpy.types.Image] = field(default_factory=list)
+    """What was baked for it."""
     replaced: list[Replaced] = field(default_factory=list)
     losses: list[Loss] = field(default_factory=list)
     """What glTF cannot hold of it."""
@@ -100,7 +102,7 @@ class StandIns:
 
 
 def _remove(made: list[StandIn]) -> None:
-    bpy.data.batch_remove([block for stand_in in made for block in (stand_in.material, *stand_in.groups)])
+    bpy.data.batch_remove([block for stand_in in made for block in (stand_in.material, *stand_in.groups, *stand_in.images)])
 
 
 def holds_ours(tree: bpy.types.ShaderNodeTree) -> bool:

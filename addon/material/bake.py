@@ -47,7 +47,8 @@ def bake_input(
             raise CannotBake(f"{output.label} depends on the view")
     users = _users(used_as or material, uv_map)
     is_normal = place.socket.name in ("Normal", "Coat Normal")
-    image = bpy.data.images.new(f"{material.name} {place.socket.name}", resolution, resolution, alpha=False)
+    name = f"{(used_as or material).name} {place.socket.name}".replace(".", " ")  # exporters cut off what they take for an ending
+    image = bpy.data.images.new(name, resolution, resolution, alpha=False)
     image.colorspace_settings.is_data = not is_color
     try:
         with ExitStack() as stack:
