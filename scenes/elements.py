@@ -11,8 +11,8 @@ from mathutils import Matrix, Vector
 WHITE = (1.0, 1.0, 1.0)
 
 
-def add(scene: bpy.types.Scene, name: str, data: bpy.types.ID, matrix: Matrix | None = None) -> bpy.types.Object:
-    """Return a new object of `data`, linked to `scene` and placed by `matrix`."""
+def add(scene: bpy.types.Scene, name: str, data: bpy.types.ID | None, matrix: Matrix | None = None) -> bpy.types.Object:
+    """Return a new object of `data`, an empty for None, linked to `scene` and placed by `matrix`."""
     item = bpy.data.objects.new(name, data)
     item.matrix_world = matrix or Matrix()
     scene.collection.objects.link(item)

@@ -2,6 +2,7 @@
 """The paper's figure: one character five times, side by side, from standard specular over Lambert to rough Oren-Nayar."""
 
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -10,9 +11,12 @@ from mathutils import Matrix, Vector
 
 from ..addon.material import materials
 from ..addon.models import MODELS, Lambert, Model, OrenNayar, Specular
+from ..addon.models.registry import DEFAULT
 from ..addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group
+from . import look_materials
 from .elements import add, add_sun, uniform_world
-from .subject import ALBEDO_ATTRIBUTE
+from .look_materials import LookMaterials, Materials
+from .subject import ALBEDO_ATTRIBUTE, Figure, points_of
 
 SIGMAS = (0.0, 0.2, 0.33)  # the figure's caption; the paper's text says 0.3 for the last
 YAW = math.radians(-22.0)  # characters turn a little away from the key light, so that the shadow side is seen
@@ -41,20 +45,39 @@ class CharacterLook:
 
 @dataclass(frozen=True)
 class Character:
-    """One character of the scene."""
+    """One character of the scene: a mesh, or an empty above the parts of a character as it is, with its materials in the look."""
 
     look: CharacterLook
     subject: bpy.types.Object
+    materials: LookMaterials | None = None
+
+    @property
+    def parts(self) -> list[bpy.types.Object]:
+        """The objects that are seen."""
+        return [item for item in (self.subject, *self.subject.children) if item.type == "MESH"]
+
+    def wear(self, materials: Materials) -> None:
+        """Give the parts the materials that stand for those of their meshes."""
+        for part in self.parts:
+            for slot, source in zip(part.material_slots, part.data.materials, strict=True):
+                slot.link = "OBJECT"
+                slot.material = materials[source]
 
 
 @dataclass(frozen=True)
 class FiveCharacters:
-    """The scene and its parts: the characters, the key light, and a Diffuse BSDF with the characters' albedo (`plain`)."""
+    """The scene and its parts: the characters and the key light.
+
+    Plaster has `plain`, a Diffuse BSDF with the characters' albedo. A character as it is has its materials, `converted` to groups
+    of ours, and `notes` on what it lost.
+    """
 
     scene: bpy.types.Scene
     characters: tuple[Character, ...]
     key: bpy.types.Object
-    plain: bpy.types.Material
+    plain: bpy.types.Material | None = None
+    converted: Materials | None = None
+    notes: tuple[str, ...] = ()
 
 
 def looks(sigmas: tuple[float, ...] = SIGMAS) -> tuple[CharacterLook, ...]:
@@ -80,37 +103,108 @@ def build(
 
     With `bust`, heads and shoulders fill the frame's width; without, whole figures are seen.
     """
-    scene = bpy.data.scenes.new("True Diffuse Five Characters")
-    scene.render.resolution_x, scene.render.resolution_y = resolution
-    scene.view_settings.view_transform = "Standard"
-    scene.cycles.max_bounces = 4
-    low, high = _bounds(mesh, bust)
-    width = high.x - low.x
-    step, stagger = (BUST_STEP * width, BUST_STAGGER * width) if bust else (FIGURE_STEP * width, FIGURE_STAGGER * width)
+    scene = _scene(resolution)
     all_looks = looks(sigmas)
+    low, high = _bounds(points_of(mesh), bust)
+    places = _places(len(all_looks), low, high, bust)
     characters = []
-    for index, look in enumerate(all_looks):
+    for look, place in zip(all_looks, places, strict=True):
         material = materials.create(look.label, look.group, **look.inputs)
         materials.paint(material, material.node_tree.nodes[look.group.name].inputs["Color"], ALBEDO_ATTRIBUTE, albedo)
-        column = index - (len(all_looks) - 1) / 2
-        centered = Matrix.Translation((column * step - (low.x + high.x) / 2, -column * stagger, 0.0))
-        subject = add(scene, look.label, mesh, centered @ Matrix.Rotation(YAW, 4, "Z"))
+        subject = add(scene, look.label, mesh, place)
         subject.material_slots[0].link = "OBJECT"
         subject.material_slots[0].material = material
         characters.append(Character(look, subject))
-    _camera(scene, step * (len(all_looks) - 1) + width, high.z, bust)
-    _backdrop(scene)
-    scene.world = uniform_world("Fill", strength=FILL_RADIANCE)
-    key = add_sun(scene, "Key", KEY_DIRECTION, KEY_IRRADIANCE)
-    scene.view_layers[0].update()
+    key = _surroundings(scene, _width(len(all_looks), low, high, bust), high.z, bust)
     plain, diffuse = materials.create_plain("Albedo")
     materials.paint(plain, diffuse.inputs["Color"], ALBEDO_ATTRIBUTE, albedo)
     return FiveCharacters(scene, tuple(characters), key, plain)
 
 
-def _bounds(mesh: bpy.types.Mesh, bust: bool) -> tuple[Vector, Vector]:
+def build_as_is(figures: Sequence[Figure], resolution: tuple[int, int], sigmas: tuple[float, ...] = SIGMAS) -> FiveCharacters:
+    """Return a new scene with a character as it is in each look, framed for `resolution` [pixels].
+
+    `figures` are all that `pose` is to show of it; the first stands, is what the frame is made for, and is shown.
+    """
+    figure = figures[0]
+    scene = _scene(resolution)
+    all_looks = looks(sigmas)
+    low, high = _bounds(figure.points, False)
+    places = _places(len(all_looks), low, high, False)
+    notes: dict[str, None] = {}
+    sources = dict.fromkeys(source for each in figures for source in each.materials)
+    converted = look_materials.converted(sources, figure.scale, lambda line: notes.update({line: None}))
+    characters = []
+    for look, place in zip(all_looks, places, strict=True):
+        if look.group is SPECULAR_GROUP:
+            worn = look_materials.under_highlight(converted)
+        else:
+            label = look.inputs.get("Model", MODELS[DEFAULT].label)
+            worn = look_materials.in_model(converted, str(label), float(look.inputs.get("Roughness", 0.0)))
+        characters.append(Character(look, add(scene, look.label, None, place), worn))
+    key = _surroundings(scene, _width(len(all_looks), low, high, False), high.z, False)
+    stage = FiveCharacters(scene, tuple(characters), key, converted=converted, notes=tuple(notes))
+    pose(stage, figure)
+    return stage
+
+
+def pose(stage: FiveCharacters, figure: Figure) -> None:
+    """Have the characters of `build_as_is` show one of its figures."""
+    for character in stage.characters:
+        for part in character.parts:
+            bpy.data.objects.remove(part)
+        for part in figure.parts:
+            item = add(stage.scene, part.name, part.mesh)
+            item.parent = character.subject
+            item.matrix_parent_inverse = part.matrix  # which may shear, as no object's own location, rotation and scale do
+        if character.materials:
+            character.wear(character.materials.shown)
+    stage.scene.view_layers[0].update()
+
+
+def _scene(resolution: tuple[int, int]) -> bpy.types.Scene:
+    scene = bpy.data.scenes.new("True Diffuse Five Characters")
+    scene.render.resolution_x, scene.render.resolution_y = resolution
+    scene.view_settings.view_transform = "Standard"
+    scene.cycles.max_bounces = 4
+    return scene
+
+
+def _steps(low: Vector, high: Vector, bust: bool) -> tuple[float, float]:
+    """Return how far neighbors stand apart, and one in front of the other [m]."""
+    width = high.x - low.x
+    return (BUST_STEP * width, BUST_STAGGER * width) if bust else (FIGURE_STEP * width, FIGURE_STAGGER * width)
+
+
+def _width(count: int, low: Vector, high: Vector, bust: bool) -> float:
+    """Return the width of all characters [m]."""
+    return _steps(low, high, bust)[0] * (count - 1) + (high.x - low.x)
+
+
+def _places(count: int, low: Vector, high: Vector, bust: bool) -> list[Matrix]:
+    """Return what places each of `count` characters of that extent in the row."""
+    step, stagger = _steps(low, high, bust)
+    places = []
+    for index in range(count):
+        column = index - (count - 1) / 2
+        centered = Matrix.Translation((column * step - (low.x + high.x) / 2, -column * stagger, 0.0))
+        places.append(centered @ Matrix.Rotation(YAW, 4, "Z"))
+    return places
+
+
+def _surroundings(scene: bpy.types.Scene, width: float, top: float, bust: bool) -> bpy.types.Object:
+    """Add camera, backdrop, sky and key light; return the latter."""
+    _camera(scene, width, top, bust)
+    _backdrop(scene)
+    scene.world = uniform_world("Fill", strength=FILL_RADIANCE)
+    key = add_sun(scene, "Key", KEY_DIRECTION, KEY_IRRADIANCE)
+    scene.view_layers[0].update()
+    return key
+
+
+def _bounds(points: Iterable[Vector], bust: bool) -> tuple[Vector, Vector]:
     """Return the lowest and highest corner [m] of one character turned by YAW; with `bust`, of its upper part."""
-    turned = [Matrix.Rotation(YAW, 3, "Z") @ vertex.co for vertex in mesh.vertices]
+    turned = [Matrix.Rotation(YAW, 3, "Z") @ point for point in points]
     top = max(point.z for point in turned)
     seen = [point for point in turned if point.z >= top * (1.0 - SHOULDERS)] if bust else turned
     return (

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from true_diffuse.scripts.studies.comparison.base import Collected, JobSpec, Renderer
 
 OPTION_NAMES = {"characters": "character", "sigmas": "sigma", "full_figure": "full-figure"}  # where they are not the attributes'
+INCLUDED = ("human", "monkey")
+MOST_ROWS = 12
 REPORT, OUT = Path("report/report.json"), Path("comparison")
 
 type Table = tuple[str, Sequence[str], Sequence[Sequence[str]]]  # title, columns and rows
@@ -85,9 +87,16 @@ def parse(arguments: list[str]) -> Namespace:
     text = "five: frames of the characters' own animation, as 1-24, 1-24:4 or 1,5,9"
     add("--frames", type=inputs.frame_numbers, metavar="LIST", help=text)
     add("--sigma", dest="sigmas", type=_sigmas, metavar="LIST", help="five: facet slopes in radians (default: 0,0.2,0.33)")
-    add("--albedo", type=inputs.number(float, 0.0, 1.0), metavar="RHO", help="five: of the lightest paint, 0 to 1 (default: 0.8)")
+    add(
+        "--albedo",
+        type=inputs.number(float, 0.0, 1.0),
+        metavar="RHO",
+        help="five: of plaster's lightest paint, 0 to 1 (default: 0.8)",
+    )
     text = "five: show the human from head to toe instead of as a bust"
     add("--full-figure", action="store_const", const=True, help=text)
+    text = "five: show a character's file as one mesh in one color instead of as it is"
+    add("--plaster", action="store_const", const=True, help=text)
     text = "five, face: optimize the materials for each engine, which renders the same picture (default: on)"
     add("--optimize", action=BooleanOptionalAction, help=text)
     add("--out", type=Path, metavar="DIR", help=f"folder to write (default: {OUT}; with --job the job's own)")
@@ -108,6 +117,8 @@ def parse(arguments: list[str]) -> Namespace:
         parser.error("--chunk is of --job")
     if options.save_blend and len(options.characters or ()) > 1:
         parser.error("--save-blend is of one --character")
+    if options.albedo is not None and not options.plaster and any(who not in INCLUDED for who in options.characters or ()):
+        parser.error("--albedo is of --plaster, human and monkey: other characters have their own")
     for name in SCENES["five"].options:  # which has all of them
         if getattr(options, name) is None:
             setattr(options, name, scene.options.get(name))
@@ -166,6 +177,7 @@ def job_spec(options: Namespace, engines: Sequence[str], choices: Mapping[str, "
         sigmas=options.sigmas,
         albedo=options.albedo,
         full_figure=options.full_figure,
+        plaster=options.plaster,
         configurations={key: five.Configuration(choice.quality, choice.osl) for key, choice in choices.items()},
         **({"chunk": options.chunk} if options.chunk else {}),
     )
@@ -233,7 +245,7 @@ def _render(
     terminal: Terminal,
 ) -> "Collected":
     """Render what the options ask for by a renderer `of` the scene; return what it comes to, pictures in `output`."""
-    from true_diffuse.addon.optimize.materials import COLUMNS, restore_materials, rows
+    from true_diffuse.addon.optimize.materials import COLUMNS, rows
     from true_diffuse.scripts.studies import pictures
     from true_diffuse.scripts.studies.comparison.base import Collected
     from true_diffuse.scripts.studies.comparison.outcomes import Outcomes
@@ -245,12 +257,13 @@ def _render(
             outcomes = Outcomes()
             renderer.do(chunk, outcomes, progress)
             renderer.collect(chunk, outcomes, output.folder, collected)
-    restore_materials()
+    renderer.finish()
     for note in collected.notes:
         terminal.say(f"{note['character']}: {note['text']}")
     for label, findings in renderer.optimized.items():
-        if findings:
-            terminal.table(f"Materials optimized for {label}", COLUMNS, rows(findings))
+        if findings:  # a line for each material, unless there are hundreds of a character's own
+            table = rows(findings)
+            terminal.table(f"Materials optimized for {label}", COLUMNS, table if len(table) <= MOST_ROWS else table[-1:])
     if options.save_blend and renderer.scene:
         pictures.save_blend(renderer.scene, output.folder / f"{options.scene}.blend")
     return collected
@@ -308,6 +321,7 @@ SCENES = {
             "sigmas": (0.0, 0.2, 0.33),
             "albedo": 0.8,
             "full_figure": False,
+            "plaster": False,
             "error": None,
             "optimize": True,
             "job": None,

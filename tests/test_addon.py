@@ -50,24 +50,26 @@ def test_use_selected_lights_chooses_the_selected_lights() -> None:
     assert followed == {chosen, chosen.data}
 
 
-def build_comparison() -> set[str]:
+def build_comparison(plaster: bool = False) -> set[str]:
     bpy.ops.ed.undo_push(message="Before")
-    return bpy.ops.true_diffuse.build_comparison("EXEC_DEFAULT", True)
+    return bpy.ops.true_diffuse.build_comparison("EXEC_DEFAULT", True, plaster=plaster)
 
 
 @pytest.mark.usefixtures("registered")
-def test_comparison_shows_the_active_object_five_times_and_is_undone() -> None:
+@pytest.mark.parametrize("plaster", [False, True])
+def test_comparison_shows_the_active_object_five_times_and_is_undone(plaster: bool) -> None:
     bpy.ops.mesh.primitive_cone_add(radius1=1.0, depth=3.0, location=(5.0, 6.0, 7.0))
     cone = bpy.context.object
     cone.modifiers.new("Subdivision", "SUBSURF").levels = 1
     before = len(cone.data.vertices)
-    assert build_comparison() == {"FINISHED"}
+    assert build_comparison(plaster) == {"FINISHED"}
     shown = [item for item in bpy.context.window.scene.objects if item.type == "MESH" and item.name != "Backdrop"]
     assert len(shown) == 5 and len({item.data for item in shown}) == 1 and len({item.active_material for item in shown}) == 5
     mesh = shown[0].data
     assert len(mesh.vertices) > before == len(cone.data.vertices)  # the modifier is in the copies alone
     # upright on the ground, 1.8 m tall like the human
-    assert [round(f(vertex.co.z for vertex in mesh.vertices), 4) for f in (min, max)] == [0.0, 1.8]
+    heights = [(shown[0].matrix_world @ vertex.co).z for vertex in mesh.vertices]
+    assert [round(limit(heights), 4) for limit in (min, max)] == [0.0, 1.8]
     assert bpy.context.window.scene != bpy.data.scenes["Scene"]
     bpy.ops.ed.undo()
     assert bpy.context.window.scene.name == "Scene" and len(bpy.data.scenes) == 1 and len(bpy.data.materials) == 0

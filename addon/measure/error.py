@@ -3,7 +3,7 @@
 
 import math
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from ..models import Model
@@ -16,13 +16,23 @@ class GBuffer:
     """The geometry in the pixels of a measurement render: three floats a pixel, rows from the top.
 
     `normal` (unit vectors) and `position` [m] are in world space, `albedo` is linear RGB. `measurable` is 1 for a pixel that shows
-    one surface, 0 without a surface or with an edge, where the normal is not defined.
+    one surface, 0 without a surface or with an edge, where the normal is not defined. Of surfaces whose shading normals are not
+    those of their faces, `face_normal` has the latter: no model says what light from below a face does.
     """
 
     normal: array[float]
     position: array[float]
     albedo: array[float]
     measurable: bytearray
+    face_normal: array[float] | None = None
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Numbers of pixels that show a character, and of those in which it reflects diffusely alone."""
+
+    visible: int
+    diffuse: int
 
 
 @dataclass(frozen=True)
@@ -63,11 +73,18 @@ def directions(surface: GBuffer, pixel: int, camera: Vector) -> tuple[Vector, Ve
     return n, normalize((camera[0] - position[i], camera[1] - position[i + 1], camera[2] - position[i + 2]))
 
 
-def analytic(surface: GBuffer, models: Sequence[Model], camera: Vector, light: Light) -> list[Analytic]:
+@dataclass(frozen=True)
+class ByPixel:
+    """A model that differs from pixel to pixel: `model` returns that of a pixel."""
+
+    model: Callable[[int], Model]
+
+
+def analytic(surface: GBuffer, models: Sequence[Model | ByPixel], camera: Vector, light: Light) -> list[Analytic]:
     """Return the radiance of each of `models` under `light` alone, seen from the point `camera` [m]; all have the same pixels."""
     pixels = array("l")
     radiances = [array("f") for _ in models]
-    albedo = surface.albedo
+    albedo, faces = surface.albedo, surface.face_normal
     l, irradiance = light.direction, light.irradiance
     for pixel, measurable in enumerate(surface.measurable):
         if not measurable:
@@ -76,9 +93,14 @@ def analytic(surface: GBuffer, models: Sequence[Model], camera: Vector, light: L
         n, v = directions(surface, pixel, camera)
         if dot(n, l) <= 0.0 or dot(n, v) <= 0.0:
             continue
+        if faces is not None:
+            face = faces[i], faces[i + 1], faces[i + 2]
+            if dot(face, l) <= 0.0 or dot(face, v) <= 0.0:
+                continue
         pixels.append(pixel)
         red, green, blue = albedo[i], albedo[i + 1], albedo[i + 2]
-        for model, radiance in zip(models, radiances, strict=True):
+        for given, radiance in zip(models, radiances, strict=True):
+            model = given.model(pixel) if isinstance(given, ByPixel) else given
             radiance.append(irradiance * model.radiance(n, l, v, red))
             radiance.append(irradiance * model.radiance(n, l, v, green))
             radiance.append(irradiance * model.radiance(n, l, v, blue))

@@ -5,7 +5,7 @@ import math
 import tempfile
 import time
 from array import array
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -18,13 +18,16 @@ from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector as BlenderVector
 
 from ..blender import engines
-from .error import GBuffer, Light
+from . import probes
+from .error import Coverage, GBuffer, Light
 
 CENTER = 0.01  # pixels, the narrowest filter that Cycles has
 # With an edge nearer than EDGE [pixels] to a pixel's center the engines may see different surfaces. Around the center of a
 # measurable pixel the mean normal is at least MIN_NORMAL long (normals within 5 degrees), the mean albedo within MAX_ALBEDO_CHANGE
 # of that at the center, and the mean alpha at least MIN_ALPHA.
+# What is no diffuse reflection may take MAX_NOT_DIFFUSE of a measurable pixel, and emit MAX_EMISSION [W/(m^2 sr)].
 EDGE, EDGE_SAMPLES, MIN_NORMAL, MAX_ALBEDO_CHANGE, MIN_ALPHA = 0.1, 24, 0.999, 0.01, 0.999
+MAX_NOT_DIFFUSE, MAX_EMISSION = 1e-3, 1e-5
 MARGIN = 2  # pixels around the object's bounding box, against rounding
 
 
@@ -38,11 +41,23 @@ class Region:
     height: int
 
 
+@dataclass(frozen=True)
+class ProbedGBuffer:
+    """A `surface`, its `coverage`, and the weight k_s and exponent n of each pixel's highlight: three floats, the last 0."""
+
+    surface: GBuffer
+    coverage: Coverage
+    highlight: array[float]
+
+
 def region_of(scene: bpy.types.Scene, subject: bpy.types.Object) -> Region:
-    """Return the region of `scene`'s frame that contains `subject`, as its camera sees it."""
+    """Return the region of `scene`'s frame that contains `subject` and the objects below it, as its camera sees them."""
     width, height = scene.render.resolution_x, scene.render.resolution_y
     corners = [
-        world_to_camera_view(scene, scene.camera, subject.matrix_world @ BlenderVector(corner)) for corner in subject.bound_box
+        world_to_camera_view(scene, scene.camera, item.matrix_world @ BlenderVector(corner))
+        for item in with_children(subject)
+        if item.type != "EMPTY"
+        for corner in item.bound_box
     ]
 
     def span(values: list[float], size: int) -> tuple[int, int]:
@@ -53,6 +68,11 @@ def region_of(scene: bpy.types.Scene, subject: bpy.types.Object) -> Region:
     left, right = span([corner.x for corner in corners], width)
     bottom, top = span([corner.y for corner in corners], height)
     return Region(left, bottom, right - left, top - bottom)
+
+
+def with_children(subject: bpy.types.Object) -> list[bpy.types.Object]:
+    """Return `subject` and the objects below it."""
+    return [subject, *subject.children_recursive]
 
 
 def crop(scene: bpy.types.Scene, region: Region) -> None:
@@ -79,7 +99,10 @@ def cropped(scene: bpy.types.Scene) -> Region:
 def measurement_scene(
     source: bpy.types.Scene, subject: bpy.types.Object, *lights: bpy.types.Object, shadows: bool = False
 ) -> Generator[bpy.types.Scene]:
-    """Yield a scene with `source`'s camera, `subject` and copies of `lights`, suns of angle 0; `source` stays unchanged."""
+    """Yield a scene with `source`'s camera, `subject` with the objects below it and copies of `lights`, suns of angle 0.
+
+    `source` stays unchanged.
+    """
     scene = bpy.data.scenes.new("True Diffuse Measurement")
     copies = [bpy.data.objects.new("Measurement Light", light.data.copy()) for light in lights]
     for copy, light in zip(copies, lights, strict=True):
@@ -87,7 +110,7 @@ def measurement_scene(
         if copy.data.type == "SUN":
             copy.data.angle = 0.0
         copy.matrix_world = light.matrix_world
-    for item in (subject, source.camera, *copies):
+    for item in (*with_children(subject), source.camera, *copies):
         scene.collection.objects.link(item)
     scene.camera = source.camera
     settings = scene.render
@@ -192,6 +215,55 @@ def g_buffer(scene: bpy.types.Scene, plain: bpy.types.Material) -> GBuffer:
             and math.dist(mean_albedo[rgb], albedo[rgb]) <= MAX_ALBEDO_CHANGE
         )
     return GBuffer(interleaved(center, "Normal", "XYZ"), interleaved(center, "Position", "XYZ"), albedo, measurable)
+
+
+def probed_g_buffer(scene: bpy.types.Scene, show: Callable[[str], None], has_highlight: bool) -> ProbedGBuffer:
+    """Return what `g_buffer` does of a subject with materials of its own, which `show` replaces by those that emit a channel.
+
+    Measurable are pixels of one surface that reflects diffusely alone: no metal, opaque, without light of its own.
+    """
+    layer = scene.view_layers[0]
+    layer.use_pass_position = True
+    around, center = {}, {}
+    for channel in (
+        probes.ALBEDO,
+        probes.NORMAL,
+        probes.FACE_NORMAL,
+        probes.DIFFUSE,
+        *((probes.HIGHLIGHT,) if has_highlight else ()),
+    ):
+        show(channel)
+        engines.use(scene, engines.CYCLES, EDGE_SAMPLES)
+        scene.cycles.filter_width = EDGE
+        _, around[channel] = _render(scene)
+        engines.use(scene, engines.CYCLES, 1)
+        scene.cycles.filter_width = CENTER
+        _, center[channel] = _render(scene)
+    mean_normal, mean_albedo = interleaved(around[probes.NORMAL]), interleaved(around[probes.ALBEDO])
+    albedo, fractions = interleaved(center[probes.ALBEDO]), interleaved(around[probes.DIFFUSE])
+    measurable = bytearray(len(albedo) // 3)
+    visible = diffuse = 0
+    for pixel, alpha in enumerate(interleaved(around[probes.ALBEDO], "Combined", "A")):
+        rgb = slice(3 * pixel, 3 * pixel + 3)
+        fraction, emission, _ = fractions[rgb]
+        is_diffuse = abs(fraction - 1.0) <= MAX_NOT_DIFFUSE and abs(emission) <= MAX_EMISSION
+        visible += alpha >= 0.5
+        diffuse += alpha >= 0.5 and is_diffuse
+        measurable[pixel] = (
+            is_diffuse
+            and alpha >= MIN_ALPHA
+            and math.hypot(*mean_normal[rgb]) >= MIN_NORMAL
+            and math.dist(mean_albedo[rgb], albedo[rgb]) <= MAX_ALBEDO_CHANGE
+        )
+    surface = GBuffer(
+        interleaved(center[probes.NORMAL]),
+        interleaved(center[probes.ALBEDO], "Position", "XYZ"),
+        albedo,
+        measurable,
+        interleaved(center[probes.FACE_NORMAL]),
+    )
+    highlight = interleaved(center[probes.HIGHLIGHT]) if has_highlight else array("f")
+    return ProbedGBuffer(surface, Coverage(visible, diffuse), highlight)
 
 
 def radiance(scene: bpy.types.Scene, engine: engines.Engine, samples: int, seed: int = 0) -> tuple[float, array[float]]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operator that builds the paper's comparison with the artist's own object."""
+"""The operator that builds the paper's comparison with the artist's own character."""
 
 import bpy
 
@@ -10,29 +10,42 @@ SIZE = (1280, 480)  # pixels
 
 
 class TRUE_DIFFUSE_OT_build_comparison(Operator):
-    """Build a new scene with five copies of the active object, from standard specular through Lambert to rough Oren-Nayar"""
+    """Build a new scene with the active object's character five times, from standard specular through Lambert to Oren-Nayar"""
 
     bl_idname = "true_diffuse.build_comparison"
     bl_label = "Build Comparison Scene"
 
+    plaster: bpy.props.BoolProperty(  # ty: ignore[invalid-type-form] - how Blender declares properties
+        name="Plaster",
+        description="Show the active object alone, as one smooth mesh in one color, instead of the character as it is",
+    )
+
     @classmethod
     def obstacle(cls, context: bpy.types.Context) -> str:
-        if context.active_object is None or context.active_object.type != "MESH":
-            return "Make a mesh object the active one"
+        from ...scenes.subject import WITH_FACES
+
+        if context.active_object is None or context.active_object.type not in {*WITH_FACES, "ARMATURE", "EMPTY"}:
+            return "Make an object of the character the active one"
         return "Switch to Object Mode" if context.mode != "OBJECT" else ""
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         from ...scenes import five_characters, subject
 
+        notes: list[str] = []
+        item, depsgraph = context.active_object, context.evaluated_depsgraph_get()
         try:
-            mesh = subject.from_object(context.active_object, context.evaluated_depsgraph_get())
+            if self.plaster:
+                built = five_characters.build(subject.from_object(item, depsgraph), ALBEDO, False, SIZE)
+            else:
+                figure = subject.character_figure(item, depsgraph, notes.append)
+                built = five_characters.build_as_is((figure,), SIZE)
         except ValueError as error:
             return self.cancel_with(error)
-        scene = five_characters.build(mesh, ALBEDO, False, SIZE).scene
-        scene.render.engine = context.scene.render.engine
+        built.scene.render.engine = context.scene.render.engine
         if context.window:  # a script may have none
-            context.window.scene = scene
-        self.report({"INFO"}, f"{scene.name} is a new scene; the old scene has not changed")
+            context.window.scene = built.scene
+        message = f"{built.scene.name} is a new scene; the old scene has not changed"
+        self.report_with_notes(message, [*notes, *built.notes])
         return {"FINISHED"}
 
 

@@ -8,13 +8,15 @@ the color attribute ALBEDO_ATTRIBUTE.
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import bpy
 
 import bmesh
+from mathutils import Vector
 
-from true_diffuse.scenes.subject import WHITE, can_stand, stand, standing
+from true_diffuse.scenes.subject import WHITE, Figure, check, figure, points_of, stand, standing
 from true_diffuse.scripts.characters.human import human_mesh
 
 MONKEY_COLOR = (0.55, 0.36, 0.22)
@@ -48,14 +50,44 @@ def load_frames[Frame: int | None](character: str, frames: Sequence[Frame], say:
         file.kept += meshes.values()
     matrix = None
     for frame, mesh in meshes.items():
-        when = "" if frame is None else f" at frame {frame}"
-        if len(mesh.polygons) == 0:
-            raise CharacterError(f"{path} holds no mesh with faces{when}, or is damaged")
-        if not can_stand(mesh):
-            raise CharacterError(f"{path} is flat or has vertices at infinity{when}: it cannot stand upright")
-        matrix = matrix or standing(mesh)
+        points = points_of(mesh)
+        _check(path, frame, bool(mesh.polygons), points)
+        matrix = matrix or standing(points)
         stand(mesh, WHITE, matrix)
     return meshes
+
+
+def load_figures[Frame: int | None](path: Path, frames: Sequence[Frame], say: Say) -> dict[Frame, Figure]:
+    """Return what a character's file shows at each of `frames` as it is: all of its meshes with their materials.
+
+    Frames are as in `load_frames`, and so are scale and place. Raises CharacterError as `load` does, and where an image is missing.
+    """
+    figures = {}
+    with _imported(path, say) as file:
+        for frame in frames:
+            _show_as_rendered(file.scene, frame)
+            depsgraph = file.scene.view_layers[0].depsgraph
+            figures[frame] = figure(depsgraph, partial(_is_rendered, _visible(file.scene)), say)
+            file.kept += {part.mesh for part in figures[frame].parts}
+        _check_images(path, {material for one in figures.values() for material in one.materials if material})
+    matrix = None
+    for frame, one in figures.items():
+        points = list(one.points)
+        _check(path, frame, bool(one.parts), points)
+        matrix = matrix or standing(points)
+        figures[frame] = one.moved(matrix)
+    return figures
+
+
+def _check(path: Path, frame: int | None, has_faces: bool, points: Sequence[Vector]) -> None:
+    """Raise CharacterError where what a file holds at a frame has no faces or cannot stand."""
+    when = "" if frame is None else f" at frame {frame}"
+    if not has_faces:
+        raise CharacterError(f"{path} holds no mesh with faces{when}, or is damaged")
+    try:
+        check(f"{path}{when}", has_faces, points)
+    except ValueError as error:
+        raise CharacterError(str(error)) from error
 
 
 def check_file(character: str) -> Path:
@@ -185,6 +217,24 @@ def _check_libraries(path: Path) -> None:
             raise CharacterError(f"{path} links to {linked}, which does not exist")
 
 
+def _check_images(path: Path, materials: Collection[bpy.types.Material]) -> None:
+    """Raise CharacterError where an image that the materials show is not there."""
+    waiting: list[bpy.types.NodeTree] = [material.node_tree for material in materials if material.node_tree]
+    seen: set[bpy.types.NodeTree] = set()
+    while waiting:
+        tree = waiting.pop()
+        if tree in seen:
+            continue
+        seen.add(tree)
+        for node in tree.nodes:
+            inner, image = getattr(node, "node_tree", None), getattr(node, "image", None)
+            waiting += [inner] if inner else []
+            if image and image.source == "FILE" and not image.packed_file:
+                file = Path(bpy.path.abspath(image.filepath, library=image.library))
+                if not file.is_file():
+                    raise CharacterError(f"{path} shows the image {file}, which does not exist")
+
+
 def _scene_with_faces(path: Path, scenes: Mapping[bpy.types.Scene, str], say: Say) -> bpy.types.Scene:
     """Return the first of a file's scenes that shows faces; `scenes` has their names in the file, the one shown first first."""
     if len(scenes) < 2:
@@ -205,12 +255,11 @@ def _renderable(collection: bpy.types.LayerCollection) -> Iterator[bpy.types.Obj
         yield from _renderable(child)
 
 
-def _instances(scene: bpy.types.Scene, frame: int | None) -> Iterator[bpy.types.DepsgraphObjectInstance]:
-    """Yield the instances of meshes that a render of `scene` at a frame shows, with modifiers as they are rendered."""
+def _show_as_rendered(scene: bpy.types.Scene, frame: int | None) -> None:
+    """Evaluate `scene` at a frame, with modifiers as they are rendered."""
     layer = scene.view_layers[0]
     if frame is not None:
         scene.frame_set(frame)
-    visible = set(_renderable(layer.layer_collection))
     layer.update()
     used = {instance.object.original for instance in layer.depsgraph.object_instances}
     for modifier in (modifier for item in used for modifier in item.modifiers):
@@ -218,10 +267,25 @@ def _instances(scene: bpy.types.Scene, frame: int | None) -> Iterator[bpy.types.
         if hasattr(modifier, "render_levels"):
             modifier.levels = modifier.render_levels
     layer.update()
-    for instance in layer.depsgraph.object_instances:
-        item = instance.object
-        owner = instance.parent if instance.is_instance else item
-        if item.type == "MESH" and not item.original.hide_render and owner.original in visible and instance.show_self:
+
+
+def _visible(scene: bpy.types.Scene) -> set[bpy.types.Object]:
+    return set(_renderable(scene.view_layers[0].layer_collection))
+
+
+def _is_rendered(visible: Collection[bpy.types.Object], instance: bpy.types.DepsgraphObjectInstance) -> bool:
+    """Return whether a render shows an instance; `visible` are the objects of collections that it shows."""
+    item = instance.object
+    owner = instance.parent if instance.is_instance else item
+    return not item.original.hide_render and owner.original in visible and instance.show_self
+
+
+def _instances(scene: bpy.types.Scene, frame: int | None) -> Iterator[bpy.types.DepsgraphObjectInstance]:
+    """Yield the instances of meshes that a render of `scene` at a frame shows, with modifiers as they are rendered."""
+    _show_as_rendered(scene, frame)
+    visible = _visible(scene)
+    for instance in scene.view_layers[0].depsgraph.object_instances:
+        if instance.object.type == "MESH" and _is_rendered(visible, instance):
             yield instance
 
 

@@ -4,19 +4,22 @@
 import json
 import math
 from array import array
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import bpy
 
 from true_diffuse.addon.blender.engines import CYCLES, Engine
 from true_diffuse.addon.closures.quality import CHOSEN_LIGHTS
-from true_diffuse.addon.measure import error, render
+from true_diffuse.addon.material.closure_nodes import closures, remove_copy, trees
+from true_diffuse.addon.measure import error, probes, render
 from true_diffuse.addon.measure.record import Progress, Record, known
-from true_diffuse.addon.models import Lambert, OrenNayar
+from true_diffuse.addon.models import Lambert, OrenNayar, Specular
 from true_diffuse.addon.models.vector import Vector
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, chosen_lights
+from true_diffuse.addon.nodes.graph import key_and_version
 from true_diffuse.scenes.five_characters import Character, CharacterLook, FiveCharacters
 from true_diffuse.scripts.studies import pictures
 
@@ -34,6 +37,8 @@ class Reference:
     distance: array[float]
     expected: error.Analytic
     lambert: error.Analytic
+    coverage: error.Coverage | None = None
+    """Of a character as it is."""
 
 
 @dataclass(frozen=True)
@@ -60,13 +65,45 @@ def references(stage: FiveCharacters, progress: Progress) -> list[Reference]:
             progress.step(f"Analytic  {character.look.label}", MEASUREMENT_WORK),
             render.measurement_scene(stage.scene, character.subject, stage.key) as scene,
         ):
-            surface = render.g_buffer(scene, stage.plain)
+            coverage, model = None, character.look.model
+            if stage.plain:
+                surface = render.g_buffer(scene, stage.plain)
+            else:
+                probed = _probed(stage, character, scene)
+                surface, coverage = probed.surface, probed.coverage
+                if isinstance(model, Specular):
+                    model = error.ByPixel(partial(_highlighted, probed.highlight))
             region = render.region_of(stage.scene, character.subject)
             if len(surface.measurable) != region.width * region.height:
                 raise RuntimeError(f"the render of {character.look.label} does not have the size of its region")
-            expected, lambert = error.analytic(surface, (character.look.model, Lambert()), camera, light)
-            result.append(Reference(character, region, surface, distances(surface, camera), expected, lambert))
+            expected, lambert = error.analytic(surface, (model, Lambert()), camera, light)
+            result.append(Reference(character, region, surface, distances(surface, camera), expected, lambert, coverage))
     return result
+
+
+def _probed(stage: FiveCharacters, character: Character, scene: bpy.types.Scene) -> render.ProbedGBuffer:
+    """Return what a measurement scene of a character as it is shows; the character then wears what is measured of its look."""
+    assert stage.converted and character.materials
+    converted, measured = stage.converted, character.materials.measured
+    created = []
+
+    def show(channel: str) -> None:
+        materials = measured if channel == probes.HIGHLIGHT else converted
+        emitting = {source: probes.probe(material, channel) for source, material in materials.items()}
+        created.extend(emitting.values())
+        character.wear(emitting)
+
+    try:
+        return render.probed_g_buffer(scene, show, isinstance(character.look.model, Specular))
+    finally:
+        character.wear(measured)
+        for material in created:
+            remove_copy(material)
+
+
+def _highlighted(highlight: array[float], pixel: int) -> Specular:
+    """Return standard specular with the highlight of a pixel."""
+    return Specular(highlight[3 * pixel], highlight[3 * pixel + 1])
 
 
 def measure(
@@ -116,7 +153,7 @@ def measure_chosen_lights(
     The groups must not be optimized.
     """
     chosen = [reference for reference in references if is_approximated(reference.character.look)]
-    sockets = [_node(reference.character).inputs["Quality"] for reference in chosen]
+    sockets = [node.inputs["Quality"] for reference in chosen for node in group_nodes(reference.character)]
     before = [socket.default_value for socket in sockets]
     try:
         with chosen_lights.following([stage.key]):
@@ -128,9 +165,12 @@ def measure_chosen_lights(
             socket.default_value = value
 
 
-def _node(character: Character) -> bpy.types.Node:
-    """Return the group node of a character's material."""
-    return character.subject.material_slots[0].material.node_tree.nodes[character.look.group.name]
+def group_nodes(character: Character) -> Iterator[bpy.types.Node]:
+    """Yield the nodes of our groups, with a menu Quality, in the materials that a character wears."""
+    worn = {slot.material for part in character.parts for slot in part.material_slots}
+    for material in sorted(worn, key=lambda material: material.name):
+        for tree in trees(material):
+            yield from (node for node in closures(tree) if key_and_version(node)[0] and "Quality" in node.inputs)
 
 
 def captions(stage: FiveCharacters) -> pictures.Captions:
@@ -209,14 +249,17 @@ def percent(fraction: float | None) -> str:
 def record(measurement: Measurement, albedo: float) -> Record:
     """Return one character in one engine as compare.json keeps it: seconds, radiances in W/(m^2 sr), errors as fractions.
 
-    A figure is None where no pixel faces both light and camera, or the albedo is 0.
+    A figure is None where no pixel faces both light and camera, or the albedo is 0. Of a character as it is, the albedo is None,
+    and `diffuse_fraction` is the fraction of its pixels that reflect diffusely alone: those are measured, without their specular
+    layers.
     """
+    coverage = measurement.reference.coverage
     look, errors = measurement.reference.character.look, measurement.errors
     return {
         "name": look.name,
         "model": type(look.model).__name__,
         "sigma": look.model.sigma if isinstance(look.model, OrenNayar) else None,
-        "albedo": albedo,
+        "albedo": None if coverage else albedo,
         "engine": measurement.engine.key,
         "samples": measurement.samples,
         "render_seconds": measurement.seconds,
@@ -225,6 +268,7 @@ def record(measurement: Measurement, albedo: float) -> Record:
         "p99_error": known(errors.p99),
         "mean_luminance": known(errors.mean_luminance),
         "luminance_over_lambert": known(errors.luminance_over_lambert),
+        **({"diffuse_fraction": coverage.diffuse / max(coverage.visible, 1)} if coverage else {}),
     }
 
 
@@ -275,8 +319,10 @@ def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, .
     def number(value: float | None, form: str) -> str:
         return "-" if value is None else format(value, form)
 
-    columns = ("Engine", "Character", "Seconds", "Pixels", "RMS error", "99 % below", "Luminance", "L / Lambert")
-    return columns, [
+    columns = ["Engine", "Character", "Seconds", "Pixels", "RMS error", "99 % below", "Luminance", "L / Lambert"]
+    is_partly = any("diffuse_fraction" in item for item in records)
+    columns += ["Of its pixels diffuse"] * is_partly
+    return tuple(columns), [
         (
             item["engine"],
             item["name"],
@@ -286,6 +332,7 @@ def table(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[str, .
             percent(item["p99_error"]),
             number(item["mean_luminance"], ".4f"),
             number(item["luminance_over_lambert"], ".4f"),
+            *([number(item.get("diffuse_fraction"), ".0%")] * is_partly),
         )
         for item in records
     ]

@@ -127,6 +127,7 @@ class Renderer[Asked: JobSpec](ABC):
         self.engine: Engine | None = None
         self.notes: list[str] = []  # on the character
         self._character: str | None = None
+        self._outfit = ""
         self._frames: Sequence[Frame] = ()
 
     def do(self, items: Sequence[WorkItem], outcomes: Outcomes, progress: Progress) -> None:
@@ -161,8 +162,11 @@ class Renderer[Asked: JobSpec](ABC):
             self.scene = self.build(item.character, frames)
             self._character = item.character
         self.show(item.frame)
-        if engine is not self.engine:
+        outfit = self.outfit(item.look)
+        if engine is not self.engine or outfit != self._outfit:
             restore_materials()
+            self.wear(outfit)
+            self._outfit = outfit
             self.configure(engine)
             engines.use(self.scene, engine, self.spec.samples[engine.key])
             # Realtime takes a material's values, not its nodes
@@ -181,6 +185,19 @@ class Renderer[Asked: JobSpec](ABC):
 
     def show(self, frame: Frame) -> None:  # noqa: B027 - a comparison may have nothing to do here
         """Have the scene show a frame."""
+
+    def finish(self) -> None:
+        """Leave the last scene as its picture shows it, for people to open."""
+        restore_materials()
+        if self.scene:
+            self.wear(self.outfit(PICTURE))
+
+    def outfit(self, look: str) -> str:
+        """Return the name of what the characters wear for a look, or for the picture; empty where it is the same for all."""
+        return ""
+
+    def wear(self, outfit: str) -> None:  # noqa: B027
+        """Have the characters wear an outfit."""
 
     def configure(self, engine: Engine) -> None:  # noqa: B027
         """Set what was picked for an engine beside its samples."""

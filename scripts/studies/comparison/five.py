@@ -17,6 +17,7 @@ from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, chosen_lights
 from true_diffuse.addon.optimize.materials import restore_materials
 from true_diffuse.scenes import five_characters
+from true_diffuse.scenes.subject import Figure
 from true_diffuse.scripts.characters import character as characters
 from true_diffuse.scripts.studies import five, pictures
 from true_diffuse.scripts.studies.comparison import base
@@ -24,6 +25,7 @@ from true_diffuse.scripts.studies.comparison.base import ERROR_MAP, PICTURE, PIC
 from true_diffuse.scripts.studies.comparison.outcomes import Outcomes, Rendered
 
 MAP_WORK = 1.0
+MEASURED = "measured"  # the outfit beside PICTURE
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,8 @@ class JobSpec(base.JobSpec):
     sigmas: tuple[float, ...]
     albedo: float
     full_figure: bool
+    plaster: bool
+    """Whether files are shown as one mesh of one color."""
     configurations: Mapping[str, Configuration]
 
     maps = (ERROR_MAP,)
@@ -74,21 +78,46 @@ class Renderer(base.Renderer[JobSpec]):
 
     _five: five_characters.FiveCharacters
     _meshes: Mapping[Frame, bpy.types.Mesh]
+    _figures: Mapping[Frame, Figure]
     _seen: dict[tuple[Frame, str], five.Reference]
 
     def build(self, character: str, frames: Sequence[Frame]) -> bpy.types.Scene:
         spec, who = self.spec, self.spec.characters[character]
         # the frame's camera is that of the first of all frames, so that it stands still
-        self._meshes = characters.load_frames(who, tuple(dict.fromkeys((spec.frames[0], *frames))), self.notes.append)
-        bust = who == "human" and not spec.full_figure
-        self._five = five_characters.build(self._meshes[spec.frames[0]], spec.albedo, bust, spec.resolution, spec.sigmas)
+        all_frames = tuple(dict.fromkeys((spec.frames[0], *frames)))
+        self._meshes, self._figures = {}, {}
+        if who in characters.INCLUDED or spec.plaster:
+            self._meshes = characters.load_frames(who, all_frames, self.notes.append)
+            bust = who == "human" and not spec.full_figure
+            self._five = five_characters.build(self._meshes[spec.frames[0]], spec.albedo, bust, spec.resolution, spec.sigmas)
+        else:
+            self._figures = characters.load_figures(characters.check_file(who), all_frames, self.notes.append)
+            self._five = five_characters.build_as_is(tuple(self._figures.values()), spec.resolution, spec.sigmas)
+            self.notes += self._five.notes
+        self._shown: Frame | str = "nothing"
         self._seen = {}
         return self._five.scene
 
     def show(self, frame: Frame) -> None:
-        for character in self._five.characters:
+        if frame == self._shown:
+            return
+        self._shown = frame
+        if self._figures:
+            five_characters.pose(self._five, self._figures[frame])
+            self.engine = None  # the new parts wear what the picture shows
+        for character in self._five.characters if self._meshes else ():
             character.subject.data = self._meshes[frame]
         self._five.scene.view_layers[0].update()
+
+    def outfit(self, look: str) -> str:
+        if not self._figures:
+            return ""
+        return MEASURED if look in self.spec.measured else PICTURE
+
+    def wear(self, outfit: str) -> None:
+        for character in self._five.characters:
+            if character.materials:
+                character.wear(character.materials.measured if outfit == MEASURED else character.materials.shown)
 
     def configure(self, engine: Engine) -> None:
         configuration = self.spec.configurations.get(engine.key)
@@ -96,8 +125,8 @@ class Renderer(base.Renderer[JobSpec]):
             return
         for character in self._five.characters:
             if character.look.group is ROUGH_DIFFUSE and configuration.quality is not None:
-                tree = character.subject.material_slots[0].material.node_tree
-                tree.nodes[ROUGH_DIFFUSE.name].inputs["Quality"].default_value = configuration.quality
+                for node in five.group_nodes(character):
+                    node.inputs["Quality"].default_value = configuration.quality
         chosen_lights.choose([self._five.key])
         self._five.scene.cycles.shading_system = configuration.osl
 
