@@ -118,8 +118,8 @@ def find(folder: Path, pattern: str, limit: int | None) -> list[Path]:
     """Return the assets in a folder, in order. Raises BadInput where there are none."""
     try:
         files = sorted(path for path in folder.glob(pattern) if path.suffix.lower() in KINDS and path.is_file())
-    except ValueError as error:
-        raise BadInput(f"{pattern!r} is no pattern of files: {error}") from error
+    except (ValueError, NotImplementedError) as error:
+        raise BadInput(f"{pattern!r} is no pattern of files in a folder: {error}") from error
     if not files:
         raise BadInput(f"{folder} holds no file of a known kind ({', '.join(KINDS)}) that matches {pattern}")
     count = min(limit or len(files), len(files))

@@ -16,6 +16,7 @@ from true_diffuse.scripts.census.features import MaterialFacts
 from true_diffuse.scripts.census.table import TARGETS
 from true_diffuse.scripts.census.values import PLACES, Place, Value
 from true_diffuse.scripts.census.verdict import Verdict, judge, poorer
+from true_diffuse.scripts.characters.character import importer_reason
 
 # Channels that are not the target's: occlusion means nothing to Blender, which has it for glTF alone; USD's culling is the mesh's
 NOT_JUDGED = {"realtime": {"occlusion", "culling"}, "materialx": {"occlusion", "culling"}, "preview": {"occlusion", "culling"}}
@@ -67,7 +68,7 @@ def _record(subject: Subject, lines: Sequence[str], is_converted: bool, before: 
     said = _of(lines, subject.name)
     channels = subject.facts.channels
     same_as = subject.facts.same_as
-    expected = {name: [value, *([same_as[name]] if name in same_as else [])] for name, value in channels.items()}
+    expected = {name: [value, *same_as.get(name, ())] for name, value in channels.items()}
     verdicts: dict[str, dict[str, str]] = {}
     lost: dict[str, list[str]] = {}
     for target, held in after.held.items():
@@ -82,7 +83,7 @@ def _record(subject: Subject, lines: Sequence[str], is_converted: bool, before: 
         lost[target] = poorer(expected, before.held.get(target, {}).get(subject.name, {}), mine, subject.uv_maps)
     return {
         "name": subject.own_name,
-        "closures": subject.facts.notes,
+        "closures": subject.facts.closures,
         "converted": is_converted,
         "features": [asdict(feature) for feature in subject.facts.features],
         "channels": {channel: _shown(value) for channel, value in channels.items()},
@@ -144,9 +145,8 @@ def _open(path: Path) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     try:
         kinds.get(path.suffix.lower(), lambda: bpy.ops.wm.usd_import(filepath=str(path)))()
-    except RuntimeError as error:
-        reason = str(error).strip().splitlines()
-        raise AssetError(f"Blender cannot read it: {reason[-1] if reason else 'no reason given'}") from error
+    except (OSError, RuntimeError) as error:
+        raise AssetError(f"Blender cannot read it: {importer_reason(error)}") from error
 
 
 def _prepare_images() -> int:

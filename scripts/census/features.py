@@ -66,10 +66,10 @@ class MaterialFacts:
     """What a material has; channels that it does not use are not in `channels`."""
 
     channels: dict[str, Value] = field(default_factory=dict)
-    same_as: dict[str, Value] = field(default_factory=dict)
-    """Constants that are as good as what a channel has: images that are black or white everywhere."""
+    same_as: dict[str, list[Value]] = field(default_factory=dict)
+    """What is as good as what a channel has: constants in place of images that are black or white everywhere."""
     features: list[Feature] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
+    closures: list[str] = field(default_factory=list)
 
 
 @dataclass
@@ -83,40 +83,49 @@ class _Closures:
 
 
 def read(material: bpy.types.Material) -> MaterialFacts | None:
-    """Return what a material has; None where nothing makes its surface."""
+    """Return what a material has in Cycles, or in EEVEE where it has a surface there alone; None where it has none.
+
+    Where EEVEE has an output of its own, what is there is as good.
+    """
     tree = material.node_tree
-    outputs = [node for node in tree.nodes if node.type == "OUTPUT_MATERIAL" and node.inputs["Surface"].is_linked] if tree else []
-    output = tree.get_output_node("CYCLES") or tree.get_output_node("ALL") if tree else None
-    if output is None or not output.inputs["Surface"].is_linked:
+    outputs = [tree.get_output_node(engine) for engine in ("CYCLES", "EEVEE")] if tree else []
+    outputs = [output for output in outputs if output is not None and output.inputs["Surface"].is_linked]
+    if not outputs:
         return None
+    facts = _facts(material, outputs[0])
+    if outputs[-1] != outputs[0]:
+        for channel, what in _facts(material, outputs[-1]).channels.items():
+            facts.same_as.setdefault(channel, []).append(what)
+    if sum(node.type == "OUTPUT_MATERIAL" and node.inputs["Surface"].is_linked for node in tree.nodes) > 1:
+        facts.features.append(Feature("Several outputs", "surface"))
+    return facts
+
+
+def _facts(material: bpy.types.Material, output: bpy.types.Node) -> MaterialFacts:
+    """Return what the surface of one output has."""
     closures = _Closures()
     _collect(output.inputs["Surface"], (), closures)
-    facts = MaterialFacts()
+    facts = MaterialFacts(closures=[node.type for node, _ in closures.found])
     parts = [_channels(node, stack) for node, stack in closures.found]
     for channel in dict.fromkeys(name for part in parts for name in part):
         values = [part[channel] for part in parts if channel in part]
         facts.channels[channel] = values[0] if len(closures.found) == 1 else union(values, "MIX_SHADER")
     if closures.alpha is not None:
         facts.channels["alpha"] = closures.alpha
-    elif closures.is_mixed:
-        facts.channels.pop("alpha", None) if not any(n.type == "BSDF_TRANSPARENT" for n, _ in closures.found) else None
-    if occlusion := _occlusion(tree):
+    if occlusion := _occlusion(material.node_tree):
         facts.channels["occlusion"] = occlusion
     if material.use_backface_culling:
         facts.channels["culling"] = constant(1.0)
     metallic, alpha = facts.channels.get("metallic"), facts.channels.get("alpha")
     if metallic is not None and metallic.is_product and _largest(metallic) <= 0.0:
-        facts.same_as["metallic"] = constant(0.0)
+        facts.same_as["metallic"] = [constant(0.0)]
     if alpha is not None and alpha.is_product and _smallest(alpha) >= 1.0:
-        facts.same_as["alpha"] = constant(1.0)
+        facts.same_as["alpha"] = [constant(1.0)]
     facts.features = list(_features(facts.channels))
     if closures.is_mixed:
         facts.features.append(Feature("Mix or Add Shader", "surface"))
     if any(stack for _, stack in closures.found):
         facts.features.append(Feature("Group around a closure", "surface"))
-    if len(outputs) > 1:
-        facts.features.append(Feature("Several outputs", "surface"))
-    facts.notes = [node.type for node, _ in closures.found]
     return facts
 
 

@@ -188,7 +188,7 @@ def _imported(path: Path, say: Say) -> Generator[_File]:
         try:
             scenes = IMPORTERS[path.suffix.lower()](path)
         except (OSError, RuntimeError) as error:
-            raise CharacterError(f"cannot read {path}: {_reason(error)}") from error
+            raise CharacterError(f"cannot read {path}: {importer_reason(error)}") from error
         _check_libraries(path)
         file = _File(_scene_with_faces(path, scenes, say))
         kept = file.kept
@@ -197,7 +197,7 @@ def _imported(path: Path, say: Say) -> Generator[_File]:
         _remove_imported(before, kept)
 
 
-def _reason(error: Exception) -> str:
+def importer_reason(error: Exception) -> str:
     """Return the reason of an importer's error in one line; where it is Python's own, what its traceback ends with."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     missing = next((name for key, name in COMPRESSIONS.items() if any(f"{key}_bridge" in line for line in lines)), None)
