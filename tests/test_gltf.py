@@ -14,7 +14,7 @@ import bpy
 import pytest
 
 from true_diffuse.addon import glTF2ExportUserExtension, models
-from true_diffuse.addon.blender import properties, report
+from true_diffuse.addon.blender import fcurves, properties, report
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.convert import convert_materials
 from true_diffuse.addon.material.read import group_node
@@ -352,9 +352,6 @@ def anisotropy(material, principled):
     link(principled, "Tangent", add(material, "Tangent", direction_type="UV_MAP").outputs["Tangent"])
 
 
-NOT_CONVERTED = {"specular", "specular_texture", "sheen", "anisotropy"}
-
-
 def native(name: str) -> bpy.types.Material:
     """Return a new material of a Principled BSDF that the function of that name has linked."""
     material = bpy.data.materials.new(name)
@@ -387,7 +384,7 @@ def test_nothing_is_lost_that_the_unconverted_material_has(tmp_path: Path) -> No
     convert_materials(made, 1.0)
     report.take()
     after = by_name(export(tmp_path / "after.glb", **options))
-    assert {name: part for name in BUILDS if (part := lost(before[name], after[name]))}.keys() == NOT_CONVERTED
+    assert {name: part for name in BUILDS if (part := lost(before[name], after[name]))} == {}
 
 
 def test_the_validator_finds_no_error_in_converted_materials(tmp_path: Path, validator: Path) -> None:
@@ -455,14 +452,42 @@ def test_what_is_inside_our_groups_is_no_emission(unused: bool, tmp_path: Path) 
 def test_a_color_attribute_is_written_with_its_factor(albedo: float, tmp_path: Path) -> None:
     material = rough("Lambert")
     materials.paint(material, group_node(material)[0].inputs["Color"], "second", albedo)
-    link_image(material, "Roughness", "sigma")
     detailed(show(material))
     written = by_name(export(tmp_path / "one.glb"))["Lambert"]
-    assert "COLOR_0" in written["attributes"]
+    assert "COLOR_0" in written["attributes"] and report.take() == []
     assert written["pbrMetallicRoughness"].get("baseColorFactor", [1.0] * 4) == pytest.approx([albedo] * 3 + [1.0])
+
+
+def test_a_linked_roughness_of_the_model_is_said(tmp_path: Path) -> None:
+    material = rough("EON")
+    link_image(material, "Roughness", "sigma")
+    show(material)
+    written = by_name(export(tmp_path / "one.glb"))["EON"]["pbrMetallicRoughness"]
+    expected = [models.average_albedo(models.Eon(0.4), rho, order=16) for rho in COLOR[:3]]
+    assert written["baseColorFactor"] == pytest.approx([*expected, 1.0], rel=1e-4)
     assert report.take() == [
-        "True Diffuse: Lambert: Roughness: the link (Rough Diffuse) is not supported, the socket's own value is written"
+        "True Diffuse: EON: Diffuse roughness: what feeds Roughness of EON (Rough Diffuse) is not supported, "
+        "the average albedo of the socket's own value is written"
     ]
+
+
+def test_animation_is_said_and_stays(tmp_path: Path) -> None:
+    material = bpy.data.materials.new("Moving")
+    convert_materials([material], 1.0)
+    node = group_node(material)[0]
+    for frame, metallic in ((1, 0.25), (11, 0.75)):
+        node.inputs["Metallic"].default_value = metallic
+        node.inputs["Metallic"].keyframe_insert("default_value", frame=frame)
+    show(material)
+    bpy.context.scene.frame_set(1)
+    curve = fcurves.of_node(material.node_tree, node)[0]
+    before = curve.data_path
+    written = by_name(export(tmp_path / "still.glb", export_animations=False, export_current_frame=True))["Moving"]
+    assert written["pbrMetallicRoughness"]["metallicFactor"] == pytest.approx(0.25)
+    assert report.take() == [
+        "True Diffuse: Moving: Metallic: animation (Principled BSDF) is not supported, the value at frame 1 is written"
+    ]
+    assert curve.data_path == before and fcurves.of_node(material.node_tree, node) == [curve]
 
 
 def test_a_tinted_image_is_scaled_by_the_average_albedo(tmp_path: Path) -> None:

@@ -156,7 +156,7 @@ def _arrange(place: Place, name: str) -> None:
         if len(images) > 1:
             raise NotHeld(images[1], what)
     for image in product.images:
-        check_image(image.node, image.groups, is_color=name in COLORS)
+        _check_image(image, is_color=name in COLORS)
     if not product.is_arranged or product.constants > 1:
         _link(place, product)
 
@@ -189,6 +189,11 @@ def _product(place: Place) -> Product:
                 return _mixed(_product(first), _product(second), weight.factor[0], not source(factor).socket.is_output)
         case "ShaderNodeMath" if node.operation == "MULTIPLY" and not node.use_clamp:
             return _product(origin.input(0)) * _product(origin.input(1))
+        case "ShaderNodeMath" if node.operation == "DIVIDE" and not node.use_clamp:
+            divisor = _product(origin.input(1))
+            if not divisor.images and not divisor.attributes and divisor.factor[0]:
+                inverse = 1.0 / divisor.factor[0]
+                return _product(origin.input(0)) * Product((inverse,) * 3, is_arranged=False)
         case "ShaderNodeVectorMath" if node.operation in ("MULTIPLY", "SCALE"):
             factor = origin.input("Scale" if node.operation == "SCALE" else 1)
             return _product(origin.input(0)) * _product(factor) * Product(is_arranged=False)
@@ -296,27 +301,28 @@ def _check_normal(place: Place) -> None:
     product = _product(node.input("Color"))
     if len(product.images) != 1 or product.attributes or product.constants:
         raise NotHeld(node, "a normal map that is not an image alone")
-    check_image(product.images[0].node, product.images[0].groups, is_color=False)
+    _check_image(product.images[0], is_color=False)
 
 
-def check_image(node: bpy.types.Node, groups: tuple[bpy.types.Node, ...], is_color: bool) -> None:
-    """Raise NotHeld where glTF cannot hold an image node, for a color or for data."""
-    place = Place(node.inputs["Vector"], groups)
-    image = node.image
+def _check_image(output: Place, is_color: bool) -> None:
+    """Raise NotHeld where glTF cannot hold an image, or one of its channels, for a color or for data."""
+    if output.node.bl_idname == "ShaderNodeSeparateColor":
+        output = source(output.input(0))
+    node, image = output.node, output.node.image
     if image is None:
-        raise NotHeld(place, "an image node without an image")
+        raise NotHeld(output, "an image node without an image")
     if image.source in ("SEQUENCE", "MOVIE"):
-        raise NotHeld(place, f"the {image.source.lower()} {image.name}")
+        raise NotHeld(output, f"the {image.source.lower()} {image.name}")
     if node.projection != "FLAT":
-        raise NotHeld(place, f"{node.projection.capitalize()} projection of the image {image.name}")
+        raise NotHeld(output, f"{node.projection.capitalize()} projection of the image {image.name}")
     if node.extension == "CLIP":
-        raise NotHeld(place, f"the clipped edge of the image {image.name}")
-    if image.colorspace_settings.is_data == is_color and not image.is_float:
+        raise NotHeld(output, f"the clipped edge of the image {image.name}")
+    if image.colorspace_settings.is_data == is_color and not image.is_float and output.socket.name == "Color":
         kind = (
             "Non-Color, but glTF reads it as sRGB" if is_color else f"{image.colorspace_settings.name}, but glTF reads it as data"
         )
-        raise NotHeld(place, f"the image {image.name}, which is {kind},")
-    _check_coordinates(place)
+        raise NotHeld(output, f"the image {image.name}, which is {kind},")
+    _check_coordinates(output.input("Vector"))
 
 
 def _check_coordinates(place: Place) -> None:

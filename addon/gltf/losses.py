@@ -9,7 +9,8 @@ import bpy
 from ..blender import fcurves
 from ..material.links import Place, source
 from ..material.surface import Loss
-from .inputs import OWN_VALUE
+from ..material.upgrade import current_name
+from .inputs import COLORS, CONSTANTS, NORMALS, NUMBERS, OWN_VALUE
 from .stand_in import Replaced, StandIn
 
 if TYPE_CHECKING:
@@ -29,6 +30,10 @@ FIXED: Mapping[str, tuple[tuple[float, ...], str]] = {
     "Coat IOR": ((1.5,), "Coat Weight"),
     "Coat Tint": ((1.0, 1.0, 1.0), "Coat Weight"),
 }
+# Inputs of ours with a place in glTF, or whose layer is said to be lost
+PLACED = COLORS | NUMBERS | NORMALS | CONSTANTS | LAYERS.keys() | FIXED.keys()
+PLACED |= {"Color", "Specular", "Specular Roughness", "Anisotropic Rotation", "Tangent", "Thin Film IOR"}
+PLACED |= {"Subsurface", "Subsurface Radius", "Subsurface Scale", "Subsurface IOR", "Subsurface Anisotropy", "Scale"}
 
 
 def is_used(socket: bpy.types.NodeSocket) -> bool:
@@ -55,7 +60,7 @@ def of_node(replaced: Replaced) -> Iterator[Loss]:
     """Yield a loss for each link that has no place in a Principled BSDF as glTF has it, and for what is animated."""
     node = replaced.node
     for socket in node.inputs:
-        if socket.is_linked and replaced.has_no_place(socket.name):
+        if socket.is_linked and current_name(socket.name) not in PLACED:
             yield Loss(socket.name, replaced.label, "the link", OWN_VALUE)
     animated = {fcurves.input_of(curve) for curve in fcurves.of_node(node.id_data, node)}
     frame = bpy.context.scene.frame_current

@@ -5,32 +5,16 @@ The exporter follows links into groups and takes the closures that it finds ther
 would find in a material that was never converted: the same textures, transforms, UV maps, color attributes and cutoffs.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import bpy
 
-from ..material.read import Names, linked_output, read
+from ..blender.id_properties import GROUP_ID
+from ..material.revert import is_ours, to_principled
 from ..material.surface import Loss
-from ..material.upgrade import current_name
-from ..nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group
+from ..nodes import ROUGH_DIFFUSE
 from ..nodes.graph import key_and_version
-from ..usd import preview
-
-BY_KEY: Mapping[str, Group] = {group.key: group for group in GROUPS}
-# Principled's sockets by those of our groups; where no table is for a group, its sockets have Principled's names.
-SOCKETS: Mapping[str, Mapping[str, str]] = {
-    ROUGH_DIFFUSE.key: {"Color": "Base Color", "Normal": "Normal"},
-    SUBSURFACE.key: {
-        "Color": "Base Color",
-        "Subsurface": "Subsurface Weight",
-        "Specular": "Specular IOR Level",
-        "Specular Roughness": "Roughness",
-        "IOR": "IOR",
-        "Normal": "Normal",
-    },
-    SPECULAR_GROUP.key: {"Color": "Base Color", "Normal": "Normal"},
-}
 
 
 @dataclass
@@ -38,34 +22,32 @@ class Replaced:
     """A node of ours, still in the artist's tree, and the Principled BSDF that stands for it."""
 
     node: bpy.types.Node
-    group: Group
-    version: int
     principled: bpy.types.Node
     groups: tuple[bpy.types.Node, ...]
-    """The group nodes of the stand-in that hold it, from the outside in."""
+    """The group nodes of the stand-in that hold the Principled BSDF, from the outside in."""
 
     @property
     def label(self) -> str:
         """What the interface calls the node."""
         return self.node.label or self.node.name
 
-    def has_no_place(self, socket: str) -> bool:
-        """Return whether an input of the node has no counterpart in the Principled BSDF."""
-        table = SOCKETS.get(self.group.key)
-        return (table.get(current_name(socket), "") if table else socket) not in self.principled.inputs
-
 
 @dataclass
 class StandIn:
-    """The copy of a material, the copies of the artist's groups in it, and what was replaced in them."""
+    """The copy of a material, and what else was made for it."""
 
     material: bpy.types.Material
     groups: list[bpy.types.ShaderNodeTree] = field(default_factory=list)
+    """Copies of the artist's groups."""
     images: list[bpy.types.Image] = field(default_factory=list)
-    """What was baked for it."""
+    """What was baked."""
     replaced: list[Replaced] = field(default_factory=list)
     losses: list[Loss] = field(default_factory=list)
-    """What glTF cannot hold of it."""
+    """What glTF cannot hold."""
+
+    def remove(self) -> None:
+        """Remove all that was made from the open file."""
+        bpy.data.batch_remove([self.material, *self.groups, *self.images])
 
 
 class StandIns:
@@ -78,17 +60,21 @@ class StandIns:
         """Return a new stand-in of `material`, which stays as it is."""
         made = StandIn(material.copy())
         try:
-            _replace(material.node_tree, made.material.node_tree, (), made)
+            tree = made.material.node_tree
+            is_animated = tree.animation_data is not None
+            tree.animation_data_clear()  # whose actions are the material's own, too, and would lose the curves of what is replaced
+            made.groups = to_principled(made.material).copies
+            if is_animated:
+                tree.animation_data_create()  # by which the exporter knows that there is something to animate
+            made.replaced = list(_replaced(material.node_tree, tree, ()))
+            for replaced in made.replaced:
+                if key_and_version(replaced.node)[0] == ROUGH_DIFFUSE.key:
+                    replaced.principled.inputs["Roughness"].default_value = 1.0  # of a specular layer that it has not
         except BaseException:
-            _remove([made])
+            made.remove()
             raise
         self._by_material[material.session_uid] = made
         return made
-
-    @property
-    def made(self) -> list[StandIn]:
-        """All stand-ins."""
-        return list(self._by_material.values())
 
     def of(self, material: bpy.types.Material) -> StandIn | None:
         """Return the stand-in of `material`, or of the material that it is the evaluated copy of; None where it has none."""
@@ -96,90 +82,26 @@ class StandIns:
 
     def remove(self) -> None:
         """Remove all stand-ins from the open file."""
-        made = self.made
-        self._by_material.clear()
-        _remove(made)
-
-
-def _remove(made: list[StandIn]) -> None:
-    bpy.data.batch_remove([block for stand_in in made for block in (stand_in.material, *stand_in.groups, *stand_in.images)])
+        while self._by_material:
+            self._by_material.popitem()[1].remove()
 
 
 def holds_ours(tree: bpy.types.ShaderNodeTree) -> bool:
     """Return whether `tree`, or an artist's group in it, holds one of our groups."""
-    groups = map(_artists_group, tree.nodes)
-    return any(map(_ours, tree.nodes)) or any(holds_ours(group) for group in groups if group)
+    return any(map(is_ours, tree.nodes)) or any(holds_ours(node.node_tree) for node in tree.nodes if _is_artists_group(node))
 
 
-def _ours(node: bpy.types.Node) -> Group | None:
-    return BY_KEY.get(key_and_version(node)[0]) if node.type == "GROUP" else None
+def _is_artists_group(node: bpy.types.Node) -> bool:
+    return node.type == "GROUP" and node.node_tree is not None and GROUP_ID not in node.node_tree
 
 
-def _artists_group(node: bpy.types.Node) -> bpy.types.ShaderNodeTree | None:
-    return node.node_tree if node.type == "GROUP" and not _ours(node) else None
-
-
-def _replace(
-    original: bpy.types.ShaderNodeTree, copy: bpy.types.ShaderNodeTree, groups: tuple[bpy.types.Node, ...], made: StandIn
-) -> None:
-    """Replace our groups in `copy`, a copy of the tree `original`, and in copies of the artist's groups in it."""
-    for node in list(original.nodes):
-        twin, group, artists = copy.nodes[node.name], _ours(node), _artists_group(node)
-        if group:
-            version = key_and_version(node)[1]
-            version = int(version) if version.isdecimal() else group.version
-            made.replaced.append(Replaced(node, group, version, _principled(copy, twin, group, version), groups))
-        elif artists and holds_ours(artists):
-            twin.node_tree = artists.copy()
-            made.groups.append(twin.node_tree)
-            _replace(artists, twin.node_tree, (*groups, twin), made)
-
-
-def _principled(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, group: Group, version: int) -> bpy.types.Node:
-    """Replace `node`, of one of our groups, by a Principled BSDF with its values and links; returns that."""
-    principled = tree.nodes.new("ShaderNodeBsdfPrincipled")
-    table = SOCKETS.get(group.key)
-    if table:
-        principled.inputs["Specular IOR Level"].default_value = 0.0
-        principled.inputs["Roughness"].default_value = 1.0
-    if group is SPECULAR_GROUP:
-        gloss = preview.gloss(read(node, group, version, Names(lambda image: image.name, str)))
-        principled.inputs["Specular IOR Level"].default_value = 0.5 * gloss.weight
-        principled.inputs["Roughness"].default_value = gloss.roughness
-        principled.inputs["IOR"].default_value = gloss.ior
-    for socket, wanted in _pairs(node, principled, table):
-        if socket.type == wanted.type and not (table and socket.name == "Normal"):
-            wanted.default_value = socket.default_value
-        output = linked_output(socket)
-        if output:
-            tree.links.new(output, wanted)
-    if group is SUBSURFACE:
-        _halve(tree, principled.inputs["Specular IOR Level"])
-    for link in list(node.outputs["BSDF"].links):
-        tree.links.new(principled.outputs["BSDF"], link.to_socket).is_muted = link.is_muted
-    principled.mute, principled.label = node.mute, node.label or node.name
-    tree.nodes.remove(node)
-    return principled
-
-
-def _pairs(
-    node: bpy.types.Node, principled: bpy.types.Node, table: Mapping[str, str] | None
-) -> Iterator[tuple[bpy.types.NodeSocket, bpy.types.NodeSocket]]:
-    for socket in node.inputs:
-        name = current_name(socket.name)
-        wanted = principled.inputs.get(table.get(name, "") if table else name)
-        if wanted:
-            yield socket, wanted
-
-
-def _halve(tree: bpy.types.ShaderNodeTree, level: bpy.types.NodeSocket) -> None:
-    """Make of a weight what Principled's Specular IOR Level is for it: 0.5 is the full reflectance of the index of refraction."""
-    output = linked_output(level)
-    if output is None:
-        level.default_value = 0.5 * min(max(level.default_value, 0.0), 1.0)
-        return
-    half = tree.nodes.new("ShaderNodeMath")
-    half.operation = "MULTIPLY"
-    half.inputs[1].default_value = 0.5
-    tree.links.new(output, half.inputs[0])
-    tree.links.new(half.outputs[0], level)
+def _replaced(
+    original: bpy.types.ShaderNodeTree, copy: bpy.types.ShaderNodeTree, groups: tuple[bpy.types.Node, ...]
+) -> Iterator[Replaced]:
+    """Yield what was replaced in `copy`, a copy of the tree `original`, in which nodes have the same names."""
+    for node in original.nodes:
+        if is_ours(node):
+            yield Replaced(node, copy.nodes[node.name], groups)
+        elif _is_artists_group(node):
+            twin = copy.nodes[node.name]
+            yield from _replaced(node.node_tree, twin.node_tree, (*groups, twin))
