@@ -193,7 +193,7 @@ def _product(place: Place) -> Product:
             divisor = _product(origin.input(1))
             if not divisor.images and not divisor.attributes and divisor.factor[0]:
                 inverse = 1.0 / divisor.factor[0]
-                return _product(origin.input(0)) * Product((inverse,) * 3, is_arranged=False)
+                return _product(origin.input(0)) * Product((inverse, inverse, inverse), is_arranged=False)
         case "ShaderNodeVectorMath" if node.operation in ("MULTIPLY", "SCALE"):
             factor = origin.input("Scale" if node.operation == "SCALE" else 1)
             return _product(origin.input(0)) * _product(factor) * Product(is_arranged=False)
