@@ -23,7 +23,7 @@ class glTF2ExportUserExtension:
         self._export.begin()
 
     def gather_material_hook(self, gltf_material: "Material", material: "bpy.types.Material", settings: dict) -> None:
-        self._export.gather_material(gltf_material, material)
+        self._export.gather_material(gltf_material, material, settings)
 
 
 def _modules() -> tuple["ModuleType", ...]:

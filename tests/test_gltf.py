@@ -466,12 +466,12 @@ def test_a_linked_roughness_of_the_model_is_said(tmp_path: Path) -> None:
     expected = [models.average_albedo(models.Eon(0.4), rho, order=16) for rho in COLOR[:3]]
     assert written["baseColorFactor"] == pytest.approx([*expected, 1.0], rel=1e-4)
     assert report.take() == [
-        "True Diffuse: EON: Diffuse roughness: what feeds Roughness of EON (Rough Diffuse) is not supported, "
+        "True Diffuse: EON: Base color: what feeds the roughness of EON (Rough Diffuse) is not supported, "
         "the average albedo of the socket's own value is written"
     ]
 
 
-def test_animation_is_said_and_stays(tmp_path: Path) -> None:
+def test_animation_is_said_or_written_and_stays(tmp_path: Path) -> None:
     material = bpy.data.materials.new("Moving")
     convert_materials([material], 1.0)
     node = group_node(material)[0]
@@ -487,6 +487,12 @@ def test_animation_is_said_and_stays(tmp_path: Path) -> None:
     assert report.take() == [
         "True Diffuse: Moving: Metallic: animation (Principled BSDF) is not supported, the value at frame 1 is written"
     ]
+    options = {"export_animation_mode": "SCENE", "export_pointer_animation": True}
+    document = export(tmp_path / "moving.glb", **options)
+    targets = [channel["target"] for animation in document["animations"] for channel in animation["channels"]]
+    pointers = [target["extensions"]["KHR_animation_pointer"]["pointer"] for target in targets if target["path"] == "pointer"]
+    assert pointers == ["/materials/0/pbrMetallicRoughness/metallicFactor"]
+    assert report.take() == []
     assert curve.data_path == before and fcurves.of_node(material.node_tree, node) == [curve]
 
 

@@ -5,6 +5,8 @@ export.py     one run of the exporter: called by its hooks
 exporter.py   makes the exporter read stand-ins in place of our materials
 stand_in.py   a copy of a material with a Principled BSDF in place of each of our groups
 inputs.py     what feeds an input, in the shape that the exporter knows
+base_color.py the average albedo
+animation.py  animated inputs
 losses.py     what is not in the file
 """
 

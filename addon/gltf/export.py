@@ -5,7 +5,7 @@ glTF has Lambert and one GGX lobe, as UsdPreviewSurface does, so it gets the sam
 coat as the lobe. Without a coat KHR_materials_specular switches the lobe off.
 """
 
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -13,12 +13,9 @@ import bpy
 
 from ..blender import report
 from ..material.bake import bake_input
-from ..material.expression import Constant, number
 from ..material.links import Place
-from ..material.read_closures import ClosureReader
-from ..material.surface import Loss, Surface, texture_factor
-from ..models.geometry import clamp
-from . import inputs, losses
+from ..material.surface import Loss
+from . import animation, base_color, inputs, losses
 from .exporter import read_stand_ins
 from .stand_in import Replaced, StandIn, StandIns, holds_ours
 
@@ -26,7 +23,6 @@ if TYPE_CHECKING:
     from io_scene_gltf2.io.com.gltf2_io import Material
 
 FAILURES = (RuntimeError, TypeError, ValueError, LookupError, AttributeError, ImportError, ArithmeticError, OSError, ReferenceError)
-NEGLIGIBLE = 0.005  # of a factor
 
 
 class Export:
@@ -48,7 +44,7 @@ class Export:
                 with _guarded(material):
                     _arrange(self._stand_ins.add(material), material)
 
-    def gather_material(self, gltf_material: "Material", material: bpy.types.Material) -> None:
+    def gather_material(self, gltf_material: "Material", material: bpy.types.Material, settings: dict) -> None:
         """Put right what the exporter has gathered for one of our materials."""
         stand_in = self._stand_ins.of(material)
         if stand_in is None:
@@ -57,7 +53,7 @@ class Export:
         with _guarded(material):
             written, replaced = _written(stand_in)
             if replaced:
-                found += [*_adjust(gltf_material, replaced), *losses.of_node(replaced), *losses.of_layers(gltf_material, replaced)]
+                found += _adjust(gltf_material, material, replaced, settings)
             if written:
                 found += losses.of_output(gltf_material, stand_in, written)
         for loss in dict.fromkeys(found):
@@ -95,54 +91,16 @@ def _arrange(stand_in: StandIn, material: bpy.types.Material) -> None:
         stand_in.losses += inputs.arrange(replaced.principled, replaced.groups, bake if settings.bake else None)
 
 
-def _adjust(gltf_material: "Material", replaced: Replaced) -> Iterator[Loss]:
-    """Put right what the exporter has gathered; yields what cannot be."""
-    yield from _adjust_base_color(gltf_material, replaced)
+def _adjust(gltf_material: "Material", material: bpy.types.Material, replaced: Replaced, settings: dict) -> Iterator[Loss]:
+    """Put right what the exporter has gathered; yields what glTF cannot hold."""
+    base = gltf_material.pbr_metallic_roughness
+    before = base.base_color_factor
+    yield from base_color.adjust(base, replaced)
     extensions = gltf_material.extensions
     if "KHR_materials_specular" in extensions and "KHR_materials_ior" in extensions and extensions["KHR_materials_ior"].extension:
         # else the exporter drops the index of refraction, as KHR_materials_specular says nothing
         extensions["KHR_materials_specular"].extension.setdefault("specularFactor", 1.0)
-
-
-def _adjust_base_color(gltf_material: "Material", replaced: Replaced) -> Iterator[Loss]:
-    """Give the base color the model's average albedo: exact for a constant; an image or a color attribute can only be scaled."""
-    reader = ClosureReader(bpy.context.scene.unit_settings.scale_length)
-    surface = reader.surface(Place(replaced.node.outputs["BSDF"].links[0].to_socket))
-    own = {parameter: place.socket.default_value for parameter, place in reader.places.items()}
-    albedo, base = _albedo(surface, own), gltf_material.pbr_metallic_roughness
-    if surface.model_parameter and not isinstance(surface[surface.model_parameter], Constant):
-        place = reader.places[surface.model_parameter]
-        what = f"what feeds {place.socket.name} of {surface.reflectance.label}"
-        yield Loss(surface.model_parameter, place.label, what, "the average albedo of the socket's own value is written")
-    red, green, blue, alpha = base.base_color_factor or (1.0, 1.0, 1.0, 1.0)
-    scale = texture_factor(albedo)
-    if base.metallic_roughness_texture and not isinstance(surface["metallic"], Constant) and abs(scale - 1.0) > NEGLIGIBLE:
-        what = f"the albedo of {surface.reflectance.label}, {scale:.3g}, of the part that is no metal"
-        yield Loss("Base Color", replaced.label, what, "the color is written as it is")
-        return
-    if inputs.varies(Place(replaced.principled.inputs["Base Color"], replaced.groups)):
-        red, green, blue = (clamp(scale * channel, 0.0, 1.0) for channel in (red, green, blue))
-    else:
-        red, green, blue = map(albedo, (red, green, blue))
-    base.base_color_factor = [red, green, blue, alpha]
-
-
-def _albedo(surface: Surface, own: Mapping[str, float]) -> Callable[[float], float]:
-    """Return the function from a channel of the base color to the average albedo of what lies below the specular layer.
-
-    Inputs that vary have their `own` values, by parameter.
-    """
-
-    def constant(parameter: str) -> float:
-        value = surface[parameter]
-        return number(value.value) if isinstance(value, Constant) else own[parameter]
-
-    model = surface.reflectance.reference({"Roughness": constant("diffuse_roughness"), "IOR": constant("diffuse_ior")})
-    rough = 1.0
-    for weight in ("metallic", "transmission_weight", "subsurface_weight"):
-        rough *= 1.0 - clamp(constant(weight), 0.0, 1.0)
-
-    def albedo(rho: float) -> float:
-        return clamp(rough * model.average_albedo(clamp(rho, 0.0, 1.0)) + (1.0 - rough) * rho, 0.0, 1.0)
-
-    return albedo
+    yield from losses.of_layers(gltf_material, replaced)
+    is_scaled = base.base_color_factor != before
+    animated = animation.use_own_paths(settings, material, replaced, {"Base Color"} if is_scaled else set())
+    yield from losses.of_node(replaced, animated)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What of a material is not in its glTF file, besides what feeds the inputs that are written (`inputs.py`)."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import bpy
@@ -32,7 +32,7 @@ FIXED: Mapping[str, tuple[tuple[float, ...], str]] = {
 }
 # Inputs of ours with a place in glTF, or whose layer is said to be lost
 PLACED = COLORS | NUMBERS | NORMALS | CONSTANTS | LAYERS.keys() | FIXED.keys()
-PLACED |= {"Color", "Specular", "Specular Roughness", "Anisotropic Rotation", "Tangent", "Thin Film IOR"}
+PLACED |= {"Diffuse Roughness", "Color", "Specular", "Specular Roughness", "Anisotropic Rotation", "Tangent", "Thin Film IOR"}
 PLACED |= {"Subsurface", "Subsurface Radius", "Subsurface Scale", "Subsurface IOR", "Subsurface Anisotropy", "Scale"}
 
 
@@ -56,16 +56,18 @@ def of_layers(gltf_material: "Material", replaced: Replaced) -> Iterator[Loss]:
             yield Loss(name, replaced.label, "another value than glTF's", f"{neutral[0]:g} is meant")
 
 
-def of_node(replaced: Replaced) -> Iterator[Loss]:
-    """Yield a loss for each link that has no place in a Principled BSDF as glTF has it, and for what is animated."""
+def of_node(replaced: Replaced, moving: Collection[str]) -> Iterator[Loss]:
+    """Yield a loss for each link without a place in glTF, and for each animated input but those that are `moving` there, too."""
     node = replaced.node
     for socket in node.inputs:
         if socket.is_linked and current_name(socket.name) not in PLACED:
             yield Loss(socket.name, replaced.label, "the link", OWN_VALUE)
     animated = {fcurves.input_of(curve) for curve in fcurves.of_node(node.id_data, node)}
     frame = bpy.context.scene.frame_current
-    for index in sorted(index for index in animated if index is not None):
-        yield Loss(node.inputs[index].name, replaced.label, "animation", f"the value at frame {frame} is written")
+    names = [node.inputs[index].name for index in sorted(index for index in animated if index is not None)]
+    for name in names:
+        if name not in moving:
+            yield Loss(name, replaced.label, "animation", f"the value at frame {frame} is written")
 
 
 def of_output(gltf_material: "Material", stand_in: StandIn, written: bpy.types.Node) -> Iterator[Loss]:
