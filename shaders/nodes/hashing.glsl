@@ -38,26 +38,21 @@ float hash_random(int dimensions, vec4 keys)
     return float(hash_keys(dimensions, floatBitsToUint(keys))) * (1.0 / 4294967296.0);
 }
 
-void hash_pcg_round(int dimensions, inout uvec4 v)
+uvec4 hash_pcg_round(int dimensions, uvec4 v)
 {
-    if (dimensions == 2) {
-        v.x += v.y * 1664525u;
-        v.y += v.x * 1664525u;
-    } else {
-        v.x += v.y * (dimensions == 3 ? v.z : v.w);
-        v.y += v.z * v.x;
-        v.z += v.x * v.y;
-        v.w += dimensions == 4 ? v.y * v.z : 0u;
-    }
+    v.x += v.y * (dimensions == 2 ? 1664525u : dimensions == 3 ? v.z : v.w);
+    v.y += v.x * (dimensions == 2 ? 1664525u : v.z);
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    return v;
 }
 
 // Returns as many numbers from 0 to 1 as the cell has integer coordinates, two to four; the others are of no use.
 vec4 hash_cell(int dimensions, ivec4 cell)
 {
     uvec4 v = uvec4(cell) * 1664525u + 1013904223u;
-    hash_pcg_round(dimensions, v);
-    v ^= uvec4(ivec4(v) >> 16);
-    hash_pcg_round(dimensions, v);
+    v = hash_pcg_round(dimensions, v);
+    v = hash_pcg_round(dimensions, v ^ uvec4(ivec4(v) >> 16)); // of signed integers
     return vec4(v & 0x7FFFFFFFu) * (1.0 / 2147483648.0);
 }
 

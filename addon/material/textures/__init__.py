@@ -162,4 +162,12 @@ def operation(name: str) -> TextureOperation:
         literals.append(str(list(menu).index(choice) if isinstance(menu[choice], str) else menu[choice]).lower())
     literals += [f"{{{index}}}" for index in range(len(texture.arguments))]
     call = (output.glsl or f"{function}({{}})").format(", ".join(literals))
-    return TextureOperation(output.kind, partial(output.python, *values), call, texture.stem)
+    return TextureOperation(output.kind, partial(_defined, output, *values), call, texture.stem)
+
+
+def _defined(output: Output, *arguments: object) -> object:
+    """Return what the reference gives; 0 where that is not defined: infinite coordinates, an exponent of 0."""
+    try:
+        return output.python(*arguments)
+    except (ArithmeticError, ValueError):
+        return 0.0 if output.kind == "number" else (0.0, 0.0, 0.0)

@@ -50,17 +50,17 @@ def _brick(
     squash_frequency: float,
 ) -> tuple[float, float]:
     x, y, _ = scaled(vector, scale)
-    row = math.floor(f32(y / height))
+    row = math.floor(f32(y / height)) if height else 0
     if offset_frequency and squash_frequency:
         width = width if row % squash_frequency else f32(width * squash)
         x = x if row % offset_frequency else f32(x + width * offset)
-    number = math.floor(f32(x / width))
+    number = math.floor(f32(x / width)) if width else 0
     x, y = x - width * number, y - height * row
     tint = min(max(_random((row << 16) + (number & 0xFFFF)) + bias, 0.0), 1.0)
     to_edge = min(x, y, width - x, height - y)
     if to_edge >= mortar_size:
         return tint, 0.0
-    if mortar_smooth == 0.0:
+    if mortar_smooth == 0.0 or mortar_size == 0.0:
         return tint, 1.0
     t = min(max((1.0 - to_edge / mortar_size) / mortar_smooth, 0.0), 1.0)
     return tint, (3.0 - 2.0 * t) * t * t

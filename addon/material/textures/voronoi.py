@@ -128,7 +128,7 @@ def _length(node: Voronoi, vector: Sequence[float]) -> float:
         return sum(sides)
     if node.metric == "CHEBYCHEV":
         return max(sides)
-    return _power(sum(_power(x, node.exponent) for x in sides), _ratio(1.0, node.exponent))
+    return sum(x**node.exponent for x in sides) ** (1.0 / node.exponent)
 
 
 def _octave(node: Voronoi, p: Coordinates) -> Found:
@@ -213,11 +213,3 @@ def _mix(a: float, b: float, t: float) -> float:
 def _ratio(a: float, b: float) -> float:
     """Return a / b as floats of the processor have it: infinite or not a number where b is 0."""
     return a / b if b else a * math.inf
-
-
-def _power(a: float, b: float) -> float:
-    """Return a^b of a that is not negative, infinite where that overflows."""
-    try:
-        return math.pow(a, b)
-    except (OverflowError, ValueError):
-        return math.inf
