@@ -17,8 +17,8 @@ from true_diffuse.addon.material.operations import OPERATIONS, Triple, Value
 from true_diffuse.addon.material.textures import TEXTURES, Texture, operation_name
 from true_diffuse.scripts.studies.glsl_values import evaluate_functions
 
-# Of the reference from Cycles: rounding of values up to 10 in some ten steps of 32 bits. No pixel is left out, as the coordinates are
-# those that Cycles has, to the last bit. Of GLSL from the reference: what the driver's sine and the rounding of phases add.
+# Of the reference from Cycles: rounding of values up to 10 in some ten steps of 32 bits. No pixel is left out: the coordinates are
+# what Cycles has, to the last bit. Of GLSL from the reference: what the driver's sine and the rounding of phases add.
 CYCLES_TOLERANCE, GLSL_TOLERANCE = 1e-5, 1e-4
 SIDE, COLUMNS = 8, 16  # of a case's square in pixels; squares in a row of the picture
 PIXEL = 0.29  # length of a pixel in the coordinates, of which each square has the same, around 0
