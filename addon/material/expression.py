@@ -148,7 +148,7 @@ class Apply:
 class Curve:
     """A piecewise linear function of a number through `points` (x, y) of growing x, constant outside them or, extended, straight.
 
-    With `is_stepped` y is constant from each point to the next. Cycles has color ramps and curves as tables of 256 entries.
+    With `is_stepped` y is constant from each point to the next. Cycles has color ramps and curves as tables of 256 intervals.
     """
 
     points: tuple[tuple[float, float], ...]

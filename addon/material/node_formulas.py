@@ -7,7 +7,7 @@ As Cycles has it (intern/cycles/kernel/svm); arguments are in the order of the n
 from collections.abc import Sequence
 from itertools import pairwise
 
-from .expression import Constant, Coordinate, Expression, apply, as_kind, curve
+from .expression import Constant, Coordinate, Expression, apply, curve
 from .operations import OPERATIONS
 
 ONE, ZERO = Constant(1.0), Constant(0.0)
@@ -77,7 +77,7 @@ def map_range(entry: str, is_clamped: bool, values: Sequence[Expression], label:
     if value.kind == "number":  # 0 where the range is empty, in the scalar node alone
         sides = (apply(name, from_low, from_high, label=label) for name in ("less_than", "greater_than"))
         result = apply("multiply", result, apply("add", *sides, label=label), label=label)
-    if is_clamped and entry in ("LINEAR", "STEPPED"):
+    if is_clamped and (value.kind == "number" or entry in ("LINEAR", "STEPPED")):
         result = clamp("RANGE", result, to_low, to_high, label)
     return result
 
@@ -300,9 +300,3 @@ def _fewest(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
         kept.append(points[end])
         start = end
     return kept
-
-
-def color_curves(factor: Expression, color: Expression, curves: Sequence[Expression], label: str = "") -> Expression:
-    """Return RGB or Vector Curves from the curve of each component."""
-    changed = apply("combine", *curves, label=label)
-    return apply("mix", as_kind(color, "triple"), changed, factor, label=label)

@@ -32,7 +32,7 @@ from .textures import TEXTURES, operation_name
 NUMBERS, TRIPLES = {"VALUE", "INT", "BOOLEAN"}, {"RGBA", "VECTOR", "ROTATION"}
 OWN_NORMAL = Coordinate("normal")
 FLAT = (0.5, 0.5, 1.0)  # the color of a normal map where the normal is the surface's own
-TABLE_SIZE = 256  # of Cycles' curves and color ramps
+INTERVALS = 256  # of the tables that Cycles has of curves and color ramps
 ANIMATED = "keyed or driven: its value at this frame counts"
 
 
@@ -250,7 +250,7 @@ def _attribute(_reader: NodeReader, output: Place) -> Expression:
     kind = {"Color": "color", "Vector": "vector", "Fac": "factor", "Alpha": "alpha"}[name]
     attribute = Attribute(node.attribute_name, kind, node.attribute_type)
     if not node.attribute_name:
-        return Constant((0.0, 0.0, 0.0) if attribute.kind == "triple" else 0.0)
+        return Constant((0.0, 0.0, 0.0) if attribute.kind == "triple" else float(kind == "alpha"))
     return attribute
 
 
@@ -366,13 +366,13 @@ def _luminance(reader: NodeReader, output: Place) -> Expression:
 def _color_ramp(reader: NodeReader, output: Place) -> Expression:
     ramp, (factor,) = output.node.color_ramp, reader.inputs(output)
     if isinstance(factor, Constant):
-        samples = [ramp.evaluate(factor.value)]
+        components = [Constant(value) for value in ramp.evaluate(factor.value)]
     else:
-        samples = [ramp.evaluate(i / (TABLE_SIZE - 1)) for i in range(TABLE_SIZE)]
-    components = [
-        formulas.table(values, factor, is_stepped=ramp.interpolation == "CONSTANT", label=output.label)
-        for values in zip(*samples, strict=True)
-    ]
+        samples = [ramp.evaluate(i / INTERVALS) for i in range(INTERVALS + 1)]
+        components = [
+            formulas.table(values, factor, is_stepped=ramp.interpolation == "CONSTANT", label=output.label)
+            for values in zip(*samples, strict=True)
+        ]
     return components[3] if output.socket.identifier == "Alpha" else apply("combine", *components[:3], label=output.label)
 
 
@@ -380,36 +380,39 @@ def _color_curves(reader: NodeReader, output: Place) -> Expression:
     """Read RGB Curves and Vector Curves, of which the first have a fourth curve that comes before the others."""
     mapping = output.node.mapping
     factor, color = reader.inputs(output)
-    low, high = _range(mapping.curves)
-    positions = [low + (high - low) * i / (TABLE_SIZE - 1) for i in range(TABLE_SIZE)]
-    mapping.initialize()
-    if len(mapping.curves) == 4:
-        positions = [mapping.evaluate(mapping.curves[3], x) for x in positions]
-    curves = [
-        _curve(mapping, [mapping.evaluate(curve, x) for x in positions], apply(axis, color), low, high, output.label)
-        for curve, axis in zip(list(mapping.curves)[:3], "xyz", strict=True)
-    ]
-    return formulas.color_curves(factor, color, curves, output.label)
+    components = [apply(axis, color) for axis in "xyz"]
+    curves = _curves(mapping, components, mapping.curves[3] if len(mapping.curves) == 4 else None, output.label)
+    return apply("mix", color, apply("combine", *curves, label=output.label), factor, label=output.label)
 
 
 def _float_curve(reader: NodeReader, output: Place) -> Expression:
-    mapping = output.node.mapping
     factor, value = reader.inputs(output)
-    low, high = _range(mapping.curves)
+    (curve,) = _curves(output.node.mapping, [value], None, output.label)
+    return apply("mix", value, curve, factor, label=output.label)
+
+
+def _curves(
+    mapping: bpy.types.CurveMapping, arguments: Sequence[Expression], first: bpy.types.CurveMap | None, label: str
+) -> list[Expression]:
+    """Return the curves of a mapping of one argument each, after the curve `first`, as Cycles has them: as tables."""
     mapping.initialize()
-    values = [mapping.evaluate(mapping.curves[0], low + (high - low) * i / (TABLE_SIZE - 1)) for i in range(TABLE_SIZE)]
-    return apply("mix", value, _curve(mapping, values, value, low, high, output.label), factor, label=output.label)
+    low = min(curve.points[0].location[0] for curve in mapping.curves)
+    high = max(curve.points[-1].location[0] for curve in mapping.curves)
 
+    def value(curve: bpy.types.CurveMap, x: float) -> float:
+        return mapping.evaluate(curve, mapping.evaluate(first, x) if first else x)
 
-def _range(curves: Sequence[bpy.types.CurveMap]) -> tuple[float, float]:
-    """Return the range over which Cycles makes a table of curves."""
-    return min(curve.points[0].location[0] for curve in curves), max(curve.points[-1].location[0] for curve in curves)
-
-
-def _curve(
-    mapping: bpy.types.CurveMapping, values: Sequence[float], argument: Expression, low: float, high: float, label: str
-) -> Expression:
-    return formulas.table(values, argument, low, high, is_extended=mapping.extend == "EXTRAPOLATED", label=label)
+    made = []
+    for curve, argument in zip(mapping.curves, arguments, strict=False):
+        if isinstance(argument, Constant):  # of which Blender takes the curve itself, and but for colors clips it
+            result = value(curve, argument.value)
+            if mapping.use_clip and first is None:
+                result = min(max(result, mapping.clip_min_y), mapping.clip_max_y)
+            made.append(Constant(result))
+        else:
+            values = [value(curve, low + (high - low) * i / INTERVALS) for i in range(INTERVALS + 1)]
+            made.append(formulas.table(values, argument, low, high, is_extended=mapping.extend == "EXTRAPOLATED", label=label))
+    return made
 
 
 # --- normals and the angle of view
