@@ -24,6 +24,7 @@ from .expression import (
     UvMap,
     apply,
     as_kind,
+    number,
 )
 from .links import Place, is_nothing, source, trail
 from .operations import Value
@@ -366,7 +367,7 @@ def _luminance(reader: NodeReader, output: Place) -> Expression:
 def _color_ramp(reader: NodeReader, output: Place) -> Expression:
     ramp, (factor,) = output.node.color_ramp, reader.inputs(output)
     if isinstance(factor, Constant):
-        components = [Constant(value) for value in ramp.evaluate(factor.value)]
+        components = [Constant(value) for value in ramp.evaluate(number(factor.value))]
     else:
         samples = [ramp.evaluate(i / INTERVALS) for i in range(INTERVALS + 1)]
         components = [
@@ -404,9 +405,9 @@ def _curves(
 
     made = []
     for curve, argument in zip(mapping.curves, arguments, strict=False):
-        if isinstance(argument, Constant):  # of which Blender takes the curve itself, and but for colors clips it
-            result = value(curve, argument.value)
-            if mapping.use_clip and first is None:
+        if isinstance(argument, Constant):  # of which Blender takes the curve itself, and clips that of a number
+            result = value(curve, number(argument.value))
+            if mapping.use_clip and len(arguments) == 1:
                 result = min(max(result, mapping.clip_min_y), mapping.clip_max_y)
             made.append(Constant(result))
         else:
