@@ -14,30 +14,31 @@ import bpy
 from ..addon.material import convert, materials
 from ..addon.material.closure_nodes import TreeGraph, closures, own_copy, trees
 from ..addon.models import MODELS, Specular
-from ..addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group
+from ..addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group
 from ..addon.nodes.graph import Number, key_and_version
 
-PRINCIPLED = "principled"  # key of Principled Rough Diffuse
+CHANGED_INSIDE = "was changed inside, for all that use it"  # of convert's notes
 DEFAULT_ALBEDO = 0.8  # of faces without a material, in Cycles
 DEFAULT_LEVEL = 0.5  # Specular IOR Level of a Principled BSDF
 LAMBERT = MODELS["lambert"].label
-# By key of a group: what turns off all layers above its diffuse reflection
-WITHOUT_LAYERS: Mapping[str, Mapping[str, float]] = {
-    ROUGH_DIFFUSE.key: {},
+# By key of a group or type of a node: what turns off all layers above its diffuse reflection, and its light
+DIFFUSE_ALONE: Mapping[str, Mapping[str, float]] = {
     SUBSURFACE.key: {"Specular": 0.0},
-    PRINCIPLED: {"Specular IOR Level": 0.0, "Coat Weight": 0.0, "Sheen Weight": 0.0},
+    PRINCIPLED.key: {"Specular IOR Level": 0.0, "Coat Weight": 0.0, "Sheen Weight": 0.0, "Emission Strength": 0.0},
+    "BSDF_PRINCIPLED": {"Emission Strength": 0.0},
+    "EMISSION": {"Strength": 0.0},
 }
-COLOR = {ROUGH_DIFFUSE.key: "Color", SUBSURFACE.key: "Color", PRINCIPLED: "Base Color"}
+COLOR = {ROUGH_DIFFUSE.key: "Color", SUBSURFACE.key: "Color", PRINCIPLED.key: "Base Color"}
 # Inputs that make more of a surface than diffuse reflection under a specular layer
 NOT_PLAIN: Mapping[str, tuple[str, ...]] = {
     ROUGH_DIFFUSE.key: (),
     SUBSURFACE.key: ("Subsurface",),
-    PRINCIPLED: ("Metallic", "Transmission Weight", "Subsurface Weight", "Coat Weight", "Sheen Weight"),
+    PRINCIPLED.key: ("Metallic", "Transmission Weight", "Subsurface Weight", "Coat Weight", "Sheen Weight"),
 }
-ROUGHNESS = {ROUGH_DIFFUSE.key: "Roughness", SUBSURFACE.key: "Roughness", PRINCIPLED: "Diffuse Roughness"}
+ROUGHNESS = {ROUGH_DIFFUSE.key: "Roughness", SUBSURFACE.key: "Roughness", PRINCIPLED.key: "Diffuse Roughness"}
 # Lengths, in the unit of the character's own scene or in millimeters, of Blender's closures and our groups
 LENGTHS = {"BSDF_PRINCIPLED": "Subsurface Scale", "SUBSURFACE_SCATTERING": "Scale", SUBSURFACE.key: "Scale"}
-LENGTHS |= {PRINCIPLED: "Subsurface Scale"}
+LENGTHS |= {PRINCIPLED.key: "Subsurface Scale"}
 
 type Materials = Mapping[bpy.types.Material | None, bpy.types.Material]
 """Materials in place of a character's own; None stands for an empty slot."""
@@ -45,7 +46,7 @@ type Materials = Mapping[bpy.types.Material | None, bpy.types.Material]
 
 @dataclass(frozen=True)
 class LookMaterials:
-    """A character's materials in one look: `shown` in pictures, and `measured` without specular layer, coat and sheen."""
+    """A character's materials in one look: `shown` in pictures, and `measured` without specular layer, coat, sheen and light."""
 
     shown: Materials
     measured: Materials
@@ -64,14 +65,9 @@ def converted(sources: Iterable[bpy.types.Material | None], scale: float, say: C
         copy.use_fake_user = False
         for tree in trees(copy):
             _scale_lengths(tree, scale)
-        report = convert.convert_materials([copy], 1.0)
-        lines = [line.removeprefix(f"{copy.name}: ") for line in report.lines]
-        for tree in list(trees(copy))[1:]:
-            _, inner = convert.convert_nodes(tree, [node for node in closures(tree) if node.type in convert.CONVERTIBLE], 1.0)
-            lines += inner
-        for line in dict.fromkeys(lines):
-            if not line.startswith("what is inside the group"):
-                say(f"{name}: {line}")
+        for line in dict.fromkeys(convert.convert_materials([copy], 1.0).lines):
+            if not line.endswith(CHANGED_INSIDE):  # which was said of the artist's groups; here it is a copy
+                say(f"{name}: {line.removeprefix(f'{copy.name}: ')}")
         result[source] = copy
     return result
 
@@ -90,7 +86,7 @@ def in_model(given: Materials, label: str, sigma: float) -> LookMaterials:
                 _set(tree, node, "Model", label)
 
     shown = _changed(given, label, apply)
-    return LookMaterials(shown, _changed(shown, f"{label}, measured", without_layers))
+    return LookMaterials(shown, _changed(shown, f"{label}, measured", diffuse_alone))
 
 
 def under_highlight(given: Materials) -> LookMaterials:
@@ -103,13 +99,13 @@ def under_highlight(given: Materials) -> LookMaterials:
                 _add_highlight(tree, node, key)
 
     shown = _changed(given, SPECULAR_GROUP.label, apply)
-    return LookMaterials(shown, _changed(shown, f"{SPECULAR_GROUP.label}, measured", without_layers))
+    return LookMaterials(shown, _changed(shown, f"{SPECULAR_GROUP.label}, measured", diffuse_alone))
 
 
-def without_layers(tree: bpy.types.ShaderNodeTree) -> None:
-    """Turn off what is above the diffuse reflection in all of our groups in `tree`."""
+def diffuse_alone(tree: bpy.types.ShaderNodeTree) -> None:
+    """Turn off what is above the diffuse reflection in all of our groups in `tree`, and all light, which Cycles' surfaces cast."""
     for node in closures(tree):
-        for name, value in WITHOUT_LAYERS.get(key_and_version(node)[0], {}).items():
+        for name, value in DIFFUSE_ALONE.get(key_and_version(node)[0] or node.type, {}).items():
             _set(tree, node, name, value)
 
 
@@ -165,7 +161,7 @@ def _is_plain(graph: TreeGraph, node: bpy.types.Node, key: str) -> bool:
     """Return whether a group's node is known to be no more than diffuse reflection and a specular layer."""
     if any(graph.number(node.inputs[name]) != 0.0 for name in NOT_PLAIN[key]):
         return False
-    if key != PRINCIPLED:
+    if key != PRINCIPLED.key:
         return True
     color = node.inputs["Emission Color"]
     is_dark = graph.number(node.inputs["Emission Strength"]) == 0.0

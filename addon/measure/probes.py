@@ -5,18 +5,19 @@ Mixes and sums of closures stay, so that a pixel has the mean of what is mixed t
 whatever feeds them.
 """
 
+from array import array
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import bpy
 
 from ..material.closure_nodes import TreeGraph, closures, own_copy, trees
-from ..nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
+from ..nodes import PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 from ..nodes.graph import Number, Value, key_and_version
 
 ALBEDO, NORMAL, FACE_NORMAL, DIFFUSE, HIGHLIGHT = "albedo", "normal", "face normal", "diffuse", "highlight"
-"""What a probe emits as red, green and blue: the albedo; N, and the normal of the face; the fraction of the surface that reflects
-diffusely, and the sum of what it emits itself; weight k_s and exponent n of Blinn-Phong's highlight.
+"""What a probe emits as red, green and blue: the albedo; N, and the normal of the face, both encoded; the fraction of the surface
+that reflects diffusely, and the sum of what it emits itself; weight k_s and exponent n of Blinn-Phong's highlight.
 """
 
 
@@ -34,7 +35,7 @@ BASES: Mapping[str, Base] = {
     ROUGH_DIFFUSE.key: Base("Color"),
     SPECULAR_GROUP.key: Base("Color"),
     SUBSURFACE.key: Base("Color", ("Subsurface",)),
-    "principled": Base(
+    PRINCIPLED.key: Base(
         "Base Color",
         ("Metallic", "Transmission Weight", "Subsurface Weight"),
         "Alpha",
@@ -93,11 +94,21 @@ def _normal(graph: TreeGraph, node: bpy.types.Node, material: bpy.types.Material
     if _base(node) is None:
         return graph.vector(0.0, 0.0, 0.0)
     normal = graph.normalize(graph.linked(node.inputs["Normal"]) or graph.geometry("Normal"))
-    return graph.scale(normal, _fraction(graph, node, material))
+    return _encoded(graph, normal, _fraction(graph, node, material))
 
 
 def _face_normal(graph: TreeGraph, node: bpy.types.Node, material: bpy.types.Material) -> Value:
-    return graph.scale(graph.geometry("True Normal"), _fraction(graph, node, material))
+    return _encoded(graph, graph.geometry("True Normal"), _fraction(graph, node, material))
+
+
+def _encoded(graph: TreeGraph, normal: Value, fraction: Number) -> Value:
+    """Return a normal as light, which is never negative; see `decoded`."""
+    return graph.scale(normal * 0.5 + (0.5, 0.5, 0.5), fraction)
+
+
+def decoded(rgb: array[float]) -> array[float]:
+    """Return the normals of pixels that emit them."""
+    return array("f", (2.0 * value - 1.0 for value in rgb))
 
 
 def _diffuse(graph: TreeGraph, node: bpy.types.Node, material: bpy.types.Material) -> Value:

@@ -239,7 +239,7 @@ def probed_g_buffer(scene: bpy.types.Scene, show: Callable[[str], None], has_hig
         engines.use(scene, engines.CYCLES, 1)
         scene.cycles.filter_width = CENTER
         _, center[channel] = _render(scene)
-    mean_normal, mean_albedo = interleaved(around[probes.NORMAL]), interleaved(around[probes.ALBEDO])
+    mean_normal, mean_albedo = probes.decoded(interleaved(around[probes.NORMAL])), interleaved(around[probes.ALBEDO])
     albedo, fractions = interleaved(center[probes.ALBEDO]), interleaved(around[probes.DIFFUSE])
     measurable = bytearray(len(albedo) // 3)
     visible = diffuse = 0
@@ -256,14 +256,23 @@ def probed_g_buffer(scene: bpy.types.Scene, show: Callable[[str], None], has_hig
             and math.dist(mean_albedo[rgb], albedo[rgb]) <= MAX_ALBEDO_CHANGE
         )
     surface = GBuffer(
-        interleaved(center[probes.NORMAL]),
+        probes.decoded(interleaved(center[probes.NORMAL])),
         interleaved(center[probes.ALBEDO], "Position", "XYZ"),
         albedo,
         measurable,
-        interleaved(center[probes.FACE_NORMAL]),
+        probes.decoded(interleaved(center[probes.FACE_NORMAL])),
     )
     highlight = interleaved(center[probes.HIGHLIGHT]) if has_highlight else array("f")
     return ProbedGBuffer(surface, Coverage(visible, diffuse), highlight)
+
+
+def probed_inputs(scene: bpy.types.Scene, engine: engines.Engine, show: Callable[[str], None]) -> tuple[array[float], array[float]]:
+    """Return albedo and normal of a subject with materials of its own, as `engine` has them; `show` as in `probed_g_buffer`."""
+    show(probes.ALBEDO)
+    _, albedo = radiance(scene, engine, 1)
+    show(probes.NORMAL)
+    _, normal = radiance(scene, engine, 1)
+    return albedo, probes.decoded(normal)
 
 
 def radiance(scene: bpy.types.Scene, engine: engines.Engine, samples: int, seed: int = 0) -> tuple[float, array[float]]:

@@ -4,14 +4,15 @@
 import json
 import math
 from array import array
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 import bpy
 
-from true_diffuse.addon.blender.engines import CYCLES, Engine
+from true_diffuse.addon.blender.engines import CYCLES, EEVEE, Engine
 from true_diffuse.addon.closures.quality import CHOSEN_LIGHTS
 from true_diffuse.addon.material.closure_nodes import closures, remove_copy, trees
 from true_diffuse.addon.measure import error, probes, render
@@ -37,8 +38,8 @@ class Reference:
     distance: array[float]
     expected: error.Analytic
     lambert: error.Analytic
-    coverage: error.Coverage | None = None
-    """Of a character as it is."""
+    probed: render.ProbedGBuffer | None = None
+    """Of a character as it is, in Cycles."""
 
 
 @dataclass(frozen=True)
@@ -53,36 +54,54 @@ class Measurement:
     difference: dict[int, float]
     rgb: array[float]
     osl: bool
+    albedo_difference: float | None
+    """Of EEVEE's albedo, with which a character as it is was measured, from Cycles'."""
 
 
 def references(stage: FiveCharacters, progress: Progress) -> list[Reference]:
     """Return, for each character, its visible surface and the analytic radiance of every pixel under the key light alone."""
-    light = render.light_of(stage.key)
-    camera = tuple(stage.scene.camera.matrix_world.translation)
     result = []
     for character in stage.characters:
         with (
             progress.step(f"Analytic  {character.look.label}", MEASUREMENT_WORK),
             render.measurement_scene(stage.scene, character.subject, stage.key) as scene,
         ):
-            coverage, model = None, character.look.model
+            region, probed = render.region_of(stage.scene, character.subject), None
             if stage.plain:
                 surface = render.g_buffer(scene, stage.plain)
             else:
-                probed = _probed(stage, character, scene)
-                surface, coverage = probed.surface, probed.coverage
-                if isinstance(model, Specular):
-                    model = error.ByPixel(partial(_highlighted, probed.highlight))
-            region = render.region_of(stage.scene, character.subject)
+                with _probes(stage, character) as show:
+                    probed = render.probed_g_buffer(scene, show, isinstance(character.look.model, Specular))
+                surface = probed.surface
             if len(surface.measurable) != region.width * region.height:
                 raise RuntimeError(f"the render of {character.look.label} does not have the size of its region")
-            expected, lambert = error.analytic(surface, (model, Lambert()), camera, light)
-            result.append(Reference(character, region, surface, distances(surface, camera), expected, lambert, coverage))
+            result.append(_reference(stage, character, region, surface, probed))
     return result
 
 
-def _probed(stage: FiveCharacters, character: Character, scene: bpy.types.Scene) -> render.ProbedGBuffer:
-    """Return what a measurement scene of a character as it is shows; the character then wears what is measured of its look."""
+def _reference(
+    stage: FiveCharacters,
+    character: Character,
+    region: render.Region,
+    surface: error.GBuffer,
+    probed: render.ProbedGBuffer | None,
+) -> Reference:
+    """Return the reference of a character of which `surface` is visible."""
+    camera = tuple(stage.scene.camera.matrix_world.translation)
+    model = character.look.model
+    own = error.ByPixel(partial(_highlighted, probed.highlight)) if probed and isinstance(model, Specular) else model
+    expected, lambert = error.analytic(surface, (own, Lambert()), camera, render.light_of(stage.key))
+    return Reference(character, region, surface, distances(surface, camera), expected, lambert, probed)
+
+
+def _highlighted(highlight: array[float], pixel: int) -> Specular:
+    """Return standard specular with the highlight of a pixel."""
+    return Specular(highlight[3 * pixel], highlight[3 * pixel + 1])
+
+
+@contextmanager
+def _probes(stage: FiveCharacters, character: Character) -> Generator[Callable[[str], None]]:
+    """Yield what has a character as it is emit a channel of its materials; it then wears what is measured of its look."""
     assert stage.converted and character.materials
     converted, measured = stage.converted, character.materials.measured
     created = []
@@ -94,16 +113,11 @@ def _probed(stage: FiveCharacters, character: Character, scene: bpy.types.Scene)
         character.wear(emitting)
 
     try:
-        return render.probed_g_buffer(scene, show, isinstance(character.look.model, Specular))
+        yield show
     finally:
         character.wear(measured)
         for material in created:
             remove_copy(material)
-
-
-def _highlighted(highlight: array[float], pixel: int) -> Specular:
-    """Return standard specular with the highlight of a pixel."""
-    return Specular(highlight[3 * pixel], highlight[3 * pixel + 1])
 
 
 def measure(
@@ -118,11 +132,27 @@ def measure(
             render.measurement_scene(stage.scene, reference.character.subject, stage.key) as scene,
         ):
             seconds, rgb = render.radiance(scene, engine, samples)
+            filtered = None
+            if engine is EEVEE and reference.probed:
+                reference, filtered = _filtered(stage, reference, scene)
             errors = error.errors(rgb, reference.expected, reference.lambert)
             difference = signed_difference(rgb, reference.expected, reference.surface, light)
             osl = engine is CYCLES and stage.scene.cycles.shading_system
-            measurements.append(Measurement(reference, engine, samples, seconds, errors, difference, rgb, osl))
+            measurements.append(Measurement(reference, engine, samples, seconds, errors, difference, rgb, osl, filtered))
     return measurements
+
+
+def _filtered(stage: FiveCharacters, reference: Reference, scene: bpy.types.Scene) -> tuple[Reference, float]:
+    """Return the reference of a character as it is with EEVEE's own albedo and normals, and how far that albedo is from Cycles'.
+
+    EEVEE shows textures through its mipmaps, Cycles at the center of a pixel. `scene` is a measurement scene, which cannot be used
+    afterwards. The difference is relative to the RMS of Cycles' albedo.
+    """
+    with _probes(stage, reference.character) as show:
+        albedo, normal = render.probed_inputs(scene, EEVEE, show)
+    surface = replace(reference.surface, albedo=albedo, normal=normal)
+    difference = error.difference(albedo, reference.surface.albedo, reference.expected.pixels)
+    return _reference(stage, reference.character, reference.region, surface, reference.probed), difference
 
 
 def has_osl(look: CharacterLook) -> bool:
@@ -251,15 +281,20 @@ def record(measurement: Measurement, albedo: float) -> Record:
 
     A figure is None where no pixel faces both light and camera, or the albedo is 0. Of a character as it is, the albedo is None,
     and `diffuse_fraction` is the fraction of its pixels that reflect diffusely alone: those are measured, without their specular
-    layers.
+    layers. EEVEE is measured with its own albedo, whose RMS difference from Cycles' is `albedo_difference`.
     """
-    coverage = measurement.reference.coverage
+    probed = measurement.reference.probed
+    own: Record = {}
+    if probed:
+        own["diffuse_fraction"] = probed.coverage.diffuse / max(probed.coverage.visible, 1)
+    if measurement.albedo_difference is not None:
+        own["albedo_difference"] = known(measurement.albedo_difference)
     look, errors = measurement.reference.character.look, measurement.errors
     return {
         "name": look.name,
         "model": type(look.model).__name__,
         "sigma": look.model.sigma if isinstance(look.model, OrenNayar) else None,
-        "albedo": None if coverage else albedo,
+        "albedo": None if probed else albedo,
         "engine": measurement.engine.key,
         "samples": measurement.samples,
         "render_seconds": measurement.seconds,
@@ -268,7 +303,7 @@ def record(measurement: Measurement, albedo: float) -> Record:
         "p99_error": known(errors.p99),
         "mean_luminance": known(errors.mean_luminance),
         "luminance_over_lambert": known(errors.luminance_over_lambert),
-        **({"diffuse_fraction": coverage.diffuse / max(coverage.visible, 1)} if coverage else {}),
+        **own,
     }
 
 
