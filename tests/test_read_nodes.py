@@ -27,7 +27,7 @@ from true_diffuse.addon.material.expression import (
 )
 from true_diffuse.addon.material.links import Place
 from true_diffuse.addon.material.operations import Triple, Value
-from true_diffuse.addon.material.read_nodes import NodeReader
+from true_diffuse.addon.material.read_nodes import FOLDED, NodeReader
 from true_diffuse.addon.measure import render
 
 SAMPLES = 16  # faces of a setting; the first ones have the EDGES as values
@@ -249,6 +249,153 @@ def sources() -> Iterator[Setting]:
         yield Setting(f"geometry {output}", partial(output_of, kind="ShaderNodeNewGeometry", output=output))
 
 
+KINDS = ("Float", "Int", "Bool", "Vector", "Color")
+
+
+def group(tree: Tree, into: str, out_of: str = "Color", is_hidden: bool = False) -> bpy.types.Node:
+    """Return a group node that passes on its input, both of a kind of KINDS; a hidden one shows no value."""
+    inner = bpy.data.node_groups.new("Group", "ShaderNodeTree")
+    first = inner.interface.new_socket("In", in_out="INPUT", socket_type=f"NodeSocket{into}")
+    first.hide_value = is_hidden
+    inner.interface.new_socket("Out", in_out="OUTPUT", socket_type=f"NodeSocket{out_of}")
+    inner.links.new(inner.nodes.new("NodeGroupInput").outputs[0], inner.nodes.new("NodeGroupOutput").inputs[0])
+    made = tree.nodes.new("ShaderNodeGroup")
+    made.node_tree = inner
+    return made
+
+
+def links() -> Iterator[Setting]:
+    """Yield groups, muted nodes and reroutes on the way, with sockets of all kinds."""
+
+    def value(tree: Tree) -> Socket:
+        made = tree.nodes.new("ShaderNodeValue")
+        made.outputs[0].default_value = 1.7
+        return made.outputs[0]
+
+    def rgb(tree: Tree) -> Socket:
+        made = tree.nodes.new("ShaderNodeRGB")
+        made.outputs[0].default_value = (0.8, 2.3, 0.1, 0.5)
+        return made.outputs[0]
+
+    def through(tree: Tree, origin: Callable[[Tree], Socket], into: str, out_of: str) -> Socket:
+        made = group(tree, into, out_of)
+        tree.links.new(origin(tree), made.inputs[0])
+        return made.outputs[0]
+
+    def own(tree: Tree, into: str, out_of: str) -> Socket:
+        made = group(tree, into, out_of)
+        values = {"Float": 0.7, "Int": 3, "Bool": True, "Vector": (0.3, -0.5, 2.0), "Color": (0.2, 0.7, 1.5, 1.0)}
+        made.inputs[0].default_value = values[into]
+        return made.outputs[0]
+
+    origins = {name: partial(from_attribute, name=name) for name in "ap"} | {"value": value, "rgb": rgb}
+    origins["colors"] = partial(from_attribute, name="colors", output="Color")
+    for into, out_of in itertools.product(KINDS, KINDS):
+        for name, origin in origins.items():
+            yield Setting(f"{name} as {into} as {out_of}", partial(through, origin=origin, into=into, out_of=out_of))
+        yield Setting(f"own {into} as {out_of}", partial(own, into=into, out_of=out_of))
+
+    def muted(tree: Tree, kind: str, origin: Callable[[Tree], Socket], output: int = 0, **properties: object) -> Socket:
+        made = tree.nodes.new(kind)
+        for key, setting in properties.items():
+            setattr(made, key, setting)
+        for socket in made.inputs:
+            if socket.enabled:
+                tree.links.new(origin(tree), socket)
+        made.mute = True
+        return made.outputs[output]
+
+    for kind in (
+        "Value",
+        "RGB",
+        "VertexColor",
+        "TexCoord",
+        "Math",
+        "VectorMath",
+        "ValToRGB",
+        "SeparateXYZ",
+        "RGBToBW",
+        "TexChecker",
+    ):
+        for name, origin in origins.items():
+            yield Setting(f"muted {kind} of {name}", partial(muted, kind=f"ShaderNode{kind}", origin=origin))
+    for name, origin in origins.items():
+        yield Setting(
+            f"muted Mix of {name}",
+            partial(muted, kind="ShaderNodeMix", origin=origin, output=2, data_type="RGBA", factor_mode="UNIFORM"),
+        )
+
+    def muted_group(tree: Tree) -> Socket:
+        made = through(tree, origins["colors"], "Float", "Color")
+        made.node.mute = True
+        return made
+
+    def muted_link(tree: Tree) -> Socket:
+        made = through(tree, origins["a"], "Color", "Color")
+        made.node.inputs[0].links[0].is_muted = True
+        made.node.inputs[0].default_value = (0.1, 0.2, 0.3, 1.0)
+        return made
+
+    def reroutes(tree: Tree) -> Socket:
+        output = origins["a"](tree)
+        for _ in range(2):
+            made = tree.nodes.new("NodeReroute")
+            tree.links.new(output, made.inputs[0])
+            output = made.outputs[0]
+        return output
+
+    def without_tree(tree: Tree) -> Socket:
+        made = group(tree, "Color")
+        inner = made.node_tree
+        inner.nodes.remove(next(each for each in inner.nodes if each.type == "GROUP_OUTPUT"))
+        return made.outputs[0]
+
+    def texture(tree: Tree, is_hidden: bool, is_linked: bool = False) -> Socket:
+        """Return a texture whose coordinates a group gives, whose own are hidden or not."""
+        made = tree.nodes.new("ShaderNodeTexMagic")
+        tree.links.new(group(tree, "Vector", "Vector", is_hidden).outputs[0], made.inputs["Vector"])
+        if is_linked:
+            tree.links.new(from_attribute(tree, "p"), made.inputs["Scale"])
+        return made.outputs[0]
+
+    def muted_coordinates(tree: Tree, has_group: bool) -> Socket:
+        made = tree.nodes.new("ShaderNodeTexGradient")
+        coordinates = tree.nodes.new("ShaderNodeTexCoord")
+        coordinates.mute = True
+        output = coordinates.outputs["Window"]
+        if has_group:
+            output = through(tree, lambda _tree: coordinates.outputs["Window"], "Vector", "Vector")
+            output.node.inputs[0].default_value = (0.3, 0.0, 0.0)
+        tree.links.new(output, made.inputs["Vector"])
+        return made.outputs[0]
+
+    def facing(tree: Tree, is_hidden: bool) -> Socket:
+        made = tree.nodes.new("ShaderNodeLayerWeight")
+        tree.links.new(group(tree, "Vector", "Vector", is_hidden).outputs[0], made.inputs["Normal"])
+        return made.outputs["Facing"]
+
+    def computed(tree: Tree, kind: str) -> Socket:
+        made = tree.nodes.new(kind)
+        for socket in made.inputs:
+            if socket.enabled and socket.type == "RGBA":
+                socket.default_value = (0.8, 0.3, 0.1, 1.0)
+            elif socket.enabled and socket.type == "VECTOR":
+                socket.default_value = (0.8, 0.3, 0.1)
+        color = next((socket for socket in made.outputs if socket.enabled and socket.type != "VALUE"), None)
+        return through(tree, lambda _tree: color or made.outputs[0], "Float", "Int" if color is None else "Color")
+
+    for kind in FOLDED:
+        yield Setting(f"{kind} ahead of rendering", partial(computed, kind=kind))
+    for build in (muted_group, muted_link, reroutes, without_tree):
+        yield Setting(build.__name__, build)
+    for build, is_hidden in itertools.product((texture, facing), (False, True)):
+        yield Setting(f"{build.__name__} of a {'hidden' if is_hidden else 'shown'} value", partial(build, is_hidden=is_hidden))
+    yield Setting("texture of a hidden value and an attribute", partial(texture, is_hidden=True, is_linked=True))
+    for has_group in (False, True):
+        name = f"muted coordinates{' of a group' if has_group else ''}"
+        yield Setting(name, partial(muted_coordinates, has_group=has_group))
+
+
 class Face:
     """The point that an expression sees in the middle of a face."""
 
@@ -368,7 +515,7 @@ def picture() -> Picture:
     return draw(SETTINGS)
 
 
-SETTINGS = [*arithmetic(), *curves_and_ramps(), *angles(), *sources()]
+SETTINGS = [*arithmetic(), *curves_and_ramps(), *angles(), *sources(), *links()]
 
 
 @pytest.mark.render

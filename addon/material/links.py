@@ -37,25 +37,26 @@ class Place(NamedTuple):
 def source(place: Place) -> Place:
     """Return where the value of an input comes from: an output of a node that makes it, or an unlinked input.
 
-    Groups of True Diffuse are nodes of their own. A muted node passes on the input that Blender shows for it. An output that
-    gives nothing, of a muted node without such an input or of a group without a tree, is returned itself: see `is_nothing`.
+    Groups of True Diffuse are nodes of their own. A muted node passes on the input that Blender shows for it; where there is none,
+    links from it do not count. An output of a group that gives nothing is returned itself: see `is_nothing`.
     """
     return trail(place)[-1]
 
 
 def is_nothing(output: Place) -> bool:
-    """Return whether Blender takes zero, or no closure, for an output that `source` returned."""
+    """Return whether `source` returned an output of a group that has no inside, which is zero, or no closure."""
     node = output.node
-    is_foreign_group = node.type == "GROUP" and not (node.node_tree and GROUP_ID in node.node_tree)
-    return node.mute or is_foreign_group or node.type == "GROUP_INPUT"
+    return node.type == "GROUP_INPUT" or (node.type == "GROUP" and not (node.node_tree and GROUP_ID in node.node_tree))
 
 
 def trail(place: Place) -> list[Place]:
     """Return the inputs and outputs that the value of an input passes, from the input itself to what `source` returns."""
     passed = [place]
     while (output := _linked_output(passed[-1])) is not None:
-        passed.append(output)
         behind = _behind(output)
+        if behind is None and output.node.mute:
+            break
+        passed.append(output)
         if behind is None:
             break
         passed.append(behind)

@@ -55,6 +55,7 @@ class NodeReader:
         self.images: dict[str, bpy.types.Image] = {}
         self.notes: list[tuple[str, str]] = []
         self._known: dict[Place, Expression] = {}
+        self._folded: dict[tuple[bpy.types.Node, tuple[bpy.types.Node, ...]], bool] = {}
 
     def expression(self, place: Place) -> Expression:
         """Return what feeds an input, of the input's kind, or its own value. Raises UnsupportedInput.
@@ -66,8 +67,8 @@ class NodeReader:
         for each in (place, origin):
             if each.socket.type not in NUMBERS | TRIPLES:
                 raise UnsupportedInput(each.label, f"the socket {each.socket.name}")
-        if is_implicit(place):
-            return Constant(plain(place.socket.default_value))
+        if self.is_implicit(place):
+            return self.own(place)
         if not origin.socket.is_output:
             self._note_animation(origin.node, origin.socket)
             value = Constant(plain(origin.socket.default_value))
@@ -77,13 +78,24 @@ class NodeReader:
             value = self._output(origin)
         # Blender converts a constant from each socket to the next, and other values from the first to the last alone
         types = [step.socket.type for step in reversed(passed) if step.socket.type in NUMBERS | TRIPLES]
-        for first, second in pairwise(types if isinstance(value, Constant) else (types[0], types[-1])):
+        is_stepwise = len(set(types)) > 1 and isinstance(value, Constant) and self._is_known(origin)
+        for first, second in pairwise(types if is_stepwise else (types[0], types[-1])):
             value = converted(value, first, second)
         return value
 
     def own(self, place: Place) -> Constant:
         """Return the own value of an input, linked or not."""
         return Constant(plain(place.socket.default_value))
+
+    def is_implicit(self, place: Place) -> bool:
+        """Return whether nothing feeds an input whose value Blender does not show: its node then takes a value of its own choice.
+
+        So too where the input is linked to such an input of a group, unless Blender computes the node ahead of rendering.
+        """
+        origin = source(place)
+        if origin.socket.is_output or not (origin.socket.hide_value and place.socket.hide_value):
+            return False
+        return origin == place or not self._is_folded(place.node, place.groups)
 
     def inputs(self, output: Place) -> list[Expression]:
         """Return what feeds the inputs that a node shows for its settings, in their order. Raises UnsupportedInput."""
@@ -92,7 +104,7 @@ class NodeReader:
     def normal(self, output: Place) -> Expression:
         """Return what feeds the input Normal of a node, the surface's own normal where nothing does. Raises UnsupportedInput."""
         place = output.input("Normal")
-        return OWN_NORMAL if is_implicit(place) else self.expression(place)
+        return OWN_NORMAL if self.is_implicit(place) else self.expression(place)
 
     def image(self, image: bpy.types.Image) -> Image:
         """Return an image of the file and keep it among `images`."""
@@ -114,18 +126,25 @@ class NodeReader:
             self._known[output] = read(self, output)
         return self._known[output]
 
+    def _is_known(self, origin: Place) -> bool:
+        """Return whether Blender computes what `source` returned ahead of rendering, of constants alone."""
+        if not origin.socket.is_output:
+            return not (origin.socket.hide_value and origin.node.bl_idname in TEXTURES)
+        return is_nothing(origin) or origin.node.bl_idname == "ShaderNodeValue" or self._is_folded(origin.node, origin.groups)
+
+    def _is_folded(self, node: bpy.types.Node, groups: tuple[bpy.types.Node, ...]) -> bool:
+        """Return whether Blender computes a node ahead of rendering."""
+        if (node, groups) not in self._folded:
+            places = (Place(socket, groups) for socket in node.inputs if socket.enabled)
+            self._folded[node, groups] = node.bl_idname in FOLDED and all(self._is_known(source(place)) for place in places)
+        return self._folded[node, groups]
+
     def _note_animation(self, node: bpy.types.Node, socket: bpy.types.NodeSocket | None = None) -> None:
         """Note that a node's settings, or the value of one of its sockets, are animated."""
         for curve in fcurves.of_node(node.id_data, node):
             index = fcurves.input_of(curve)
             if node.inputs[index] == socket if index is not None else socket is None:
                 self.note(node, ANIMATED)
-
-
-def is_implicit(place: Place) -> bool:
-    """Return whether nothing feeds an input whose value Blender does not show: its node then takes a value of its own choice."""
-    origin = source(place).socket
-    return not origin.is_output and origin.hide_value and place.socket.hide_value
 
 
 def unsupported(output: Place) -> UnsupportedInput:
@@ -178,7 +197,7 @@ def _image_texture(reader: NodeReader, output: Place) -> Expression:
     is_played = node.image.source in ("SEQUENCE", "MOVIE")
     return ImageTexture(
         reader.image(node.image),
-        UvMap() if is_implicit(vector) else reader.expression(vector),
+        UvMap() if reader.is_implicit(vector) else reader.expression(vector),
         "alpha" if output.socket.identifier == "Alpha" else "color",
         node.extension,
         node.interpolation,
@@ -268,7 +287,7 @@ def _texture(reader: NodeReader, output: Place) -> Expression:
             arguments.append(Constant(plain(getattr(node, name))))
         elif not place.socket.enabled:
             arguments.append(reader.own(place))
-        elif name == "Vector" and is_implicit(place) and node.bl_idname != "ShaderNodeTexWhiteNoise":
+        elif name == "Vector" and reader.is_implicit(place) and node.bl_idname != "ShaderNodeTexWhiteNoise":
             arguments.append(Coordinate("generated"))
         else:
             arguments.append(reader.expression(place))
@@ -456,7 +475,26 @@ def _layer_weight(reader: NodeReader, output: Place) -> Expression:
     return formula(reader.expression(output.input("Blend")), reader.normal(output), output.label)
 
 
-READERS: Mapping[str, Callable[[NodeReader, Place], Expression]] = {
+type Reader = Callable[[NodeReader, Place], Expression]
+FOLDED: Mapping[str, Reader] = {  # what Blender computes ahead of rendering where all inputs are constants
+    "ShaderNodeMath": _math,
+    "ShaderNodeVectorMath": _vector_math,
+    "ShaderNodeClamp": _clamp,
+    "ShaderNodeMapRange": _map_range,
+    "ShaderNodeVectorRotate": _vector_rotate,
+    "ShaderNodeSeparateXYZ": _separate_vector,
+    "ShaderNodeCombineXYZ": _combine_vector,
+    "ShaderNodeMix": _mix,
+    "ShaderNodeMixRGB": _mix_rgb,
+    "ShaderNodeCombineColor": _combine_color,
+    "ShaderNodeGamma": _gamma,
+    "ShaderNodeValToRGB": _color_ramp,
+    "ShaderNodeRGBCurve": _color_curves,
+    "ShaderNodeVectorCurve": _color_curves,
+    "ShaderNodeFloatCurve": _float_curve,
+    **dict.fromkeys(TEXTURES, _texture),
+}
+OTHERS: Mapping[str, Reader] = {
     "ShaderNodeValue": _value,
     "ShaderNodeRGB": _value,
     "ShaderNodeTexImage": _image_texture,
@@ -466,31 +504,16 @@ READERS: Mapping[str, Callable[[NodeReader, Place], Expression]] = {
     "ShaderNodeLightPath": _light_path,
     "ShaderNodeVertexColor": _color_attribute,
     "ShaderNodeAttribute": _attribute,
-    "ShaderNodeMath": _math,
-    "ShaderNodeVectorMath": _vector_math,
-    "ShaderNodeClamp": _clamp,
-    "ShaderNodeMapRange": _map_range,
     "ShaderNodeMapping": _mapping,
-    "ShaderNodeVectorRotate": _vector_rotate,
-    "ShaderNodeSeparateXYZ": _separate_vector,
-    "ShaderNodeCombineXYZ": _combine_vector,
-    "ShaderNodeMix": _mix,
-    "ShaderNodeMixRGB": _mix_rgb,
     "ShaderNodeSeparateColor": _separate_color,
-    "ShaderNodeCombineColor": _combine_color,
-    "ShaderNodeGamma": _gamma,
     "ShaderNodeBrightContrast": _brightness_contrast,
     "ShaderNodeHueSaturation": _hue_saturation,
     "ShaderNodeInvert": _invert,
     "ShaderNodeRGBToBW": _luminance,
-    "ShaderNodeValToRGB": _color_ramp,
-    "ShaderNodeRGBCurve": _color_curves,
-    "ShaderNodeVectorCurve": _color_curves,
-    "ShaderNodeFloatCurve": _float_curve,
+    "ShaderNodeNormal": _normal,
     "ShaderNodeNormalMap": _normal_map,
     "ShaderNodeBump": _bump,
-    "ShaderNodeNormal": _normal,
     "ShaderNodeFresnel": _fresnel,
     "ShaderNodeLayerWeight": _layer_weight,
-    **dict.fromkeys(TEXTURES, _texture),
 }
+READERS = {**FOLDED, **OTHERS}
