@@ -33,6 +33,7 @@ from true_diffuse.scripts.cli.startup import load_bpy, run_script
 KINDS = (".blend", ".glb", ".gltf", ".usd", ".usda", ".usdc", ".usdz")
 OUT = Path("census")
 SECONDS = 180.0
+SIZE = 96
 SHOWN_LOST = 20  # lines in the terminal
 
 
@@ -40,7 +41,7 @@ def main() -> int:
     """Run the script; returns the exit status."""
     options = parse(script_arguments())
     if options.asset:
-        return examine(options.asset, options.record)
+        return examine(options)
     return run_script("assets_census.py", options.out, partial(census, options))
 
 
@@ -53,10 +54,13 @@ def parse(arguments: list[str]) -> Namespace:
     add("--limit", type=number(int, 1, 1_000_000), metavar="N", help="at most so many files, evenly chosen")
     add("--seconds", type=number(float, 1.0, 86400.0), default=SECONDS, metavar="S", help=f"for one asset (default: {SECONDS:.0f})")
     add("--processes", type=number(int, 1, 256), default=1, metavar="N", help="assets at a time (default: 1)")
+    text = f"pixels a side of the pictures that compare Cycles and Realtime; 0 for none (default: {SIZE})"
+    add("--resolution", type=number(int, 0, 4096), default=SIZE, metavar="N", help=text)
     add("--json", action="store_true", help="print the figures as JSON in place of tables")
     add("--out", type=Path, default=OUT, metavar="DIR", help=f"folder to write census.json to (default: {OUT})")
     add("--asset", type=Path, help=SUPPRESS)  # the process of one asset: what to examine
-    add("--record", type=Path, help=SUPPRESS)  # and where to write its record
+    add("--record", type=Path, help=SUPPRESS)  # where to write its record
+    add("--realtime", action="store_true", help=SUPPRESS)  # and whether Realtime runs here
     options = parser.parse_args(arguments)
     if options.folder is None and options.asset is None:
         parser.error("the following arguments are required: FOLDER")
@@ -75,6 +79,16 @@ def census(options: Namespace, output: OutputFolder, terminal: Terminal) -> None
     from true_diffuse.scripts.census import table
 
     files = find(options.folder, options.match, options.limit)
+    given = ["--resolution", str(options.resolution)]
+    if options.resolution:
+        terminal.say("Loading Blender")
+        load_bpy()
+        from true_diffuse.addon.blender import engines
+
+        if engines.eevee_runs_here():
+            given.append("--realtime")
+        else:
+            terminal.say("Realtime finds no graphics driver here and is left out")
     records: list[dict[str, Any]] = []
     errors: list[dict[str, str]] = []
     with (
@@ -82,7 +96,7 @@ def census(options: Namespace, output: OutputFolder, terminal: Terminal) -> None
         ThreadPoolExecutor(options.processes) as pool,
         tempfile.TemporaryDirectory() as work,
     ):
-        tasks = {pool.submit(run, file, Path(work, str(index)), options.seconds): file for index, file in enumerate(files)}
+        tasks = {pool.submit(run, file, Path(work, str(index)), options.seconds, given): file for index, file in enumerate(files)}
         for task in as_completed(tasks):
             name = str(tasks[task].relative_to(options.folder))
             with progress.step(name, 1.0):
@@ -97,6 +111,7 @@ def census(options: Namespace, output: OutputFolder, terminal: Terminal) -> None
     document = {
         "features": table.features(records),
         "shares": table.shares(records),
+        "pictures": table.pictures(records),
         "errors": sorted(errors, key=lambda error: error["file"]),
     }
     output.write_json("census.json", {**document, "assets": records})
@@ -126,8 +141,8 @@ def find(folder: Path, pattern: str, limit: int | None) -> list[Path]:
     return [files[index * len(files) // count] for index in range(count)]
 
 
-def run(file: Path, work: Path, seconds: float) -> dict[str, Any]:
-    """Return the record of one asset from a process of its own, or the "error" that it ended with, in one line."""
+def run(file: Path, work: Path, seconds: float, given: list[str]) -> dict[str, Any]:
+    """Return the record of one asset from a process of its own with options `given`, or the "error" it ended with, in one line."""
     work.mkdir()
     record, log = work / "record.json", work / "log.txt"
     own = ["--asset", str(file.resolve()), "--record", str(record)]
@@ -135,7 +150,7 @@ def run(file: Path, work: Path, seconds: float) -> dict[str, Any]:
     with log.open("wb") as stream:
         # The process ends when its input does, however this one ends.
         process = subprocess.Popen(
-            [*interpreter(), *own],
+            [*interpreter(), *own, *given],
             stdin=subprocess.PIPE,
             stdout=stream,
             stderr=stream,
@@ -164,14 +179,14 @@ def interpreter() -> list[str]:
     return [bpy.app.binary_path, "--background", "--factory-startup", "--python", script, "--"]
 
 
-def examine(file: Path, record: Path) -> int:
-    """Write the record of one asset; returns the exit status."""
+def examine(options: Namespace) -> int:
+    """Write the record of one asset, and end the process."""
     threading.Thread(target=_end_with_input, daemon=True).start()
     load_bpy()
     from true_diffuse.scripts.census import asset
 
     try:
-        found = asset.examine(file, record.parent)
+        found = asset.examine(options.asset, options.record.parent, options.resolution, options.realtime)
     except Exception as error:  # whatever an asset does to Blender or to us is a line of the census
         import traceback
 
@@ -180,9 +195,9 @@ def examine(file: Path, record: Path) -> int:
         where = "" if isinstance(error, asset.AssetError) else f" ({Path(place.filename).name}:{place.lineno})"
         text = " ".join(str(error).split()) or type(error).__name__
         found = {"error": text + where, "trace": traceback.format_exc()}
-    partial_record = record.with_suffix(".partial")
-    partial_record.write_text(json.dumps(found), encoding="utf-8")
-    partial_record.replace(record)
+    whole = options.record.with_suffix(".whole")
+    whole.write_text(json.dumps(found), encoding="utf-8")
+    whole.replace(options.record)
     os._exit(0)  # Blender may crash while it ends
 
 

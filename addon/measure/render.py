@@ -177,6 +177,11 @@ def render(scene: bpy.types.Scene, **options: bool) -> None:
         raise RuntimeError("the render was cancelled")
 
 
+def passes(scene: bpy.types.Scene) -> dict[str, array[float]]:
+    """Return the passes of a render of `scene` by the names of their channels, rows from the top."""
+    return _render(scene)[1]
+
+
 def _render(scene: bpy.types.Scene) -> tuple[float, dict[str, array[float]]]:
     with tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder:
         path = Path(folder) / "measurement.exr"

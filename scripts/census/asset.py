@@ -2,24 +2,29 @@
 """One asset: imported with Blender's own importers, exported by Blender alone, converted, and asked of every target."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+import traceback
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import bpy
 
-from true_diffuse.addon.blender import report
+from true_diffuse.addon.blender import engines, report
 from true_diffuse.addon.material.convert import convert_materials
 from true_diffuse.scripts.census import features, gltf_file, usd_file
 from true_diffuse.scripts.census.features import MaterialFacts
+from true_diffuse.scripts.census.pictures import Difference, Stage
 from true_diffuse.scripts.census.table import TARGETS
 from true_diffuse.scripts.census.values import PLACES, Place, Value
-from true_diffuse.scripts.census.verdict import Verdict, judge, poorer
+from true_diffuse.scripts.census.verdict import Verdict, judge, judge_picture, poorer
 from true_diffuse.scripts.characters.character import importer_reason
 
-# Channels that are not the target's: occlusion means nothing to Blender, which has it for glTF alone; USD's culling is the mesh's
-NOT_JUDGED = {"realtime": {"occlusion", "culling"}, "materialx": {"occlusion", "culling"}, "preview": {"occlusion", "culling"}}
+# Channels of glTF alone: occlusion means nothing to Blender otherwise; culling is the mesh's in USD, and the view's in a picture
+NOT_JUDGED = {"occlusion", "culling"}
+# How far a picture may be from the other: Cycles' of a converted material from its own before, Realtime's from Cycles'
+CLOSE = {"cycles": 0.01, "realtime": 0.05}
+FRAMES = 3  # of a traceback that are kept
 REPLACEMENT_SIZE = 8  # pixels, of the image in place of one whose file is missing
 NEUTRAL = (0.5, 0.5, 0.5, 1.0)
 
@@ -41,8 +46,11 @@ class Subject:
     """The active one, then all in their order."""
 
 
-def examine(path: Path, folder: Path) -> dict[str, Any]:
-    """Return the record of one asset, for JSON; `folder` is for the files that are written. Raises AssetError."""
+def examine(path: Path, folder: Path, size: int, has_realtime: bool) -> dict[str, Any]:
+    """Return the record of one asset, for JSON; `folder` is for the files that are written. Raises AssetError.
+
+    Pictures are of `size` pixels a side, none for 0, and without Realtime unless `has_realtime`.
+    """
     import true_diffuse
 
     bpy.utils.expose_bundled_modules()  # before any export, so that all use one copy of pxr
@@ -51,36 +59,71 @@ def examine(path: Path, folder: Path) -> dict[str, Any]:
     subjects = _subjects()
     if not subjects:
         raise AssetError("has no mesh with a material whose nodes make a surface")
-    materials = {subject.name: subject for subject in subjects}
-    before = _exports(folder / "before")
+    materials = [bpy.data.materials[subject.name] for subject in subjects]
+    before, after = Exports(), Exports()
+    before.write(folder / "before")
+    stage = Stage(size) if size else None
+    original = stage.draw(engines.CYCLES) if stage else {}
+    indices = {material.name: material.pass_index for material in materials}
     true_diffuse.register()
     bpy.context.preferences.addons.new().module = true_diffuse.__name__  # where Blender's glTF exporter looks for extensions
     report.take()
-    converted = convert_materials([bpy.data.materials[name] for name in materials], bpy.context.scene.unit_settings.scale_length)
-    realtime, realtime_lines = _realtime(materials)
-    after = _exports(folder / "after")
-    after.held["realtime"], after.lines["realtime"] = realtime, realtime_lines
-    records = [_record(subject, converted.lines, subject.name in converted.converted, before, after) for subject in subjects]
-    return {"missing images": missing, "materials": records}
+    said, converted = after.attempt("cycles", lambda: _convert(materials)) or ([], set())
+    after.write(folder / "after")
+    differences: dict[str, dict[str, Difference]] = {}
+    if stage:
+        drawn = after.attempt("cycles", lambda: stage.draw(engines.CYCLES))
+        if drawn:
+            differences["cycles"] = stage.compare(drawn, original, indices)
+        if drawn and has_realtime:
+            after.lines["realtime"] = after.attempt("realtime", lambda: _realtime_losses(materials)) or []
+            shown = after.attempt("realtime", lambda: stage.draw(engines.REALTIME))
+            differences["realtime"] = stage.compare(shown, drawn, indices) if shown else {}
+    records = [
+        _record(subject, _of(said, subject.name), subject.name in converted, before, after, differences) for subject in subjects
+    ]
+    return {"missing images": missing, "failures": after.failures, "materials": records}
 
 
-def _record(subject: Subject, lines: Sequence[str], is_converted: bool, before: "Exports", after: "Exports") -> dict[str, Any]:
-    said = _of(lines, subject.name)
-    channels = subject.facts.channels
-    same_as = subject.facts.same_as
-    expected = {name: [value, *same_as.get(name, ())] for name, value in channels.items()}
+def _convert(materials: Sequence[bpy.types.Material]) -> tuple[list[str], set[str]]:
+    """Convert materials; return what was said, and the names of those that were converted."""
+    result = convert_materials(materials, bpy.context.scene.unit_settings.scale_length)
+    return result.lines, set(result.converted)
+
+
+def _realtime_losses(materials: Sequence[bpy.types.Material]) -> list[str]:
+    """Return what Realtime says that it does not draw."""
+    from true_diffuse.addon.realtime.materials import render_material
+
+    return [f"{material.name}: {loss}" for material in materials for loss in getattr(render_material(material, 1.0), "losses", ())]
+
+
+def _record(
+    subject: Subject,
+    said: Sequence[str],
+    is_converted: bool,
+    before: "Exports",
+    after: "Exports",
+    differences: Mapping[str, Mapping[str, Difference]],
+) -> dict[str, Any]:
+    channels, same_as, name = subject.facts.channels, subject.facts.same_as, subject.name
+    expected = {channel: [value, *same_as.get(channel, ())] for channel, value in channels.items()}
     verdicts: dict[str, dict[str, str]] = {}
     lost: dict[str, list[str]] = {}
+    lines = {target: [*said, *_of(given, name)] for target, given in after.lines.items()}
     for target, held in after.held.items():
-        target_lines = [*said, *_of(after.lines[target], subject.name)]
-        mine = held.get(subject.name, {})
+        mine = held.get(name, {})
         verdicts[target] = {
-            channel: judge(channel, values, mine.get(channel), target_lines, subject.uv_maps)
+            channel: judge(channel, values, mine.get(channel), lines[target], subject.uv_maps)
             for channel, values in expected.items()
-            if channel not in NOT_JUDGED.get(target, ())
+            if channel not in NOT_JUDGED or target == "gltf"
         }
-        verdicts[target]["surface"] = _worst(verdicts[target])
-        lost[target] = poorer(expected, before.held.get(target, {}).get(subject.name, {}), mine, subject.uv_maps)
+        lost[target] = poorer(expected, before.held.get(target, {}).get(name, {}), mine, subject.uv_maps)
+    for target, found in differences.items():
+        asked = [channel for channel in channels if channel not in NOT_JUDGED]
+        verdicts[target] = judge_picture(asked, found.get(name), CLOSE[target], lines.get(target, said), target in after.failures)
+    for given in verdicts.values():
+        given["surface"] = _worst(given)
     return {
         "name": subject.own_name,
         "closures": subject.facts.closures,
@@ -89,24 +132,20 @@ def _record(subject: Subject, lines: Sequence[str], is_converted: bool, before: 
         "channels": {channel: _shown(value) for channel, value in channels.items()},
         "verdicts": verdicts,
         "poorer": lost,
-        "held": {
-            target: {
-                channel: [_shown(value) for value in values]
-                for channel, values in held.get(subject.name, {}).items()
-                if channel in channels
-            }
-            for target, held in after.held.items()
-        },
-        "lines": [
-            *said,
-            *(f"{TARGETS[target]}: {line}" for target, given in after.lines.items() for line in _of(given, subject.name)),
-        ],
+        "pictures": {target: asdict(found[name]) for target, found in differences.items() if name in found},
+        "held": {target: _shown_all(held.get(name, {}), channels) for target, held in after.held.items()},
+        "lines": [*said, *(f"{TARGETS[target]}: {line}" for target, given in after.lines.items() for line in _of(given, name))],
     }
 
 
 def _worst(verdicts: Mapping[str, str]) -> Verdict:
     order = (Verdict.LOST, Verdict.SAID, Verdict.BAKED, Verdict.KEPT)
     return next((verdict for verdict in order if verdict in verdicts.values()), Verdict.NONE)
+
+
+def _shown_all(held: Mapping[str, Sequence[Value]], channels: Collection[str]) -> dict[str, list[str]]:
+    """Return what a material holds on some channels, in words."""
+    return {channel: [_shown(value) for value in values] for channel, values in held.items() if channel in channels}
 
 
 def _shown(value: Value) -> str:
@@ -191,41 +230,45 @@ def _subjects() -> list[Subject]:
 
 @dataclass
 class Exports:
-    """What each target holds of each material, and the lines that it said."""
+    """What each target holds of each material, the lines that it said, and what made it fail."""
 
     held: dict[str, Held] = field(default_factory=dict)
     lines: dict[str, list[str]] = field(default_factory=dict)
+    failures: dict[str, str] = field(default_factory=dict)
 
+    def attempt[Result](self, target: str, work: Callable[[], Result]) -> Result | None:
+        """Return what `work` does; where it raises, that is a target's failure."""
+        try:
+            return work()
+        except Exception as error:  # whatever it is, the other targets go on
+            self.failures[target] = "".join(traceback.format_exception(error)[-FRAMES:]).strip()
+            return None
 
-def _exports(folder: Path) -> Exports:
-    """Export the open file to USD and glTF, and read both."""
-    folder.mkdir(parents=True, exist_ok=True)
-    exports = Exports()
-    usd, glb = folder / "asset.usdc", folder / "asset.glb"
-    bpy.ops.wm.usd_export(
-        filepath=str(usd),
-        export_animation=False,
-        export_armatures=False,
-        export_shapekeys=False,
-        export_hair=False,
-        generate_materialx_network=True,
-        evaluation_mode="RENDER",
-    )
-    lines = report.take()
-    networks = usd_file.read(usd)
-    for target, kind in (("preview", usd_file.PREVIEW), ("materialx", usd_file.MATERIALX)):
-        exports.held[target] = {name: kinds[kind] for name, kinds in networks.items() if kind in kinds}
-        exports.lines[target] = lines
-    bpy.ops.export_scene.gltf(
-        filepath=str(glb), export_format="GLB", export_animations=False, export_skins=False, export_morph=False
-    )
-    exports.lines["gltf"] = report.take()
-    exports.held["gltf"] = gltf_file.read(glb)
-    return exports
+    def write(self, folder: Path) -> None:
+        """Export the open file to USD and glTF, and read both."""
+        folder.mkdir(parents=True, exist_ok=True)
+        networks = self.attempt("materialx", lambda: self._usd(folder / "asset.usdc")) or {}
+        lines = report.take()
+        for target, kind in (("preview", usd_file.PREVIEW), ("materialx", usd_file.MATERIALX)):
+            self.held[target] = {name: kinds[kind] for name, kinds in networks.items() if kind in kinds}
+            self.lines[target] = lines
+        self.held["gltf"] = self.attempt("gltf", lambda: self._gltf(folder / "asset.glb")) or {}
+        self.lines["gltf"] = report.take()
 
+    def _usd(self, path: Path) -> dict[str, dict[str, usd_file.Candidates]]:
+        bpy.ops.wm.usd_export(
+            filepath=str(path),
+            export_animation=False,
+            export_armatures=False,
+            export_shapekeys=False,
+            export_hair=False,
+            generate_materialx_network=True,
+            evaluation_mode="RENDER",
+        )
+        return usd_file.read(path)
 
-def _realtime(names: Mapping[str, Subject]) -> tuple[Held, list[str]]:
-    """Return what Realtime draws of each material, as far as its own description says, and what it says it does not."""
-    from true_diffuse.scripts.census import realtime
-
-    return realtime.read({name: bpy.data.materials[name] for name in names})
+    def _gltf(self, path: Path) -> dict[str, gltf_file.Candidates]:
+        bpy.ops.export_scene.gltf(
+            filepath=str(path), export_format="GLB", export_animations=False, export_skins=False, export_morph=False
+        )
+        return gltf_file.read(path)

@@ -7,9 +7,17 @@ from typing import Any
 
 from true_diffuse.scripts.census.verdict import Verdict
 
-TARGETS = {"realtime": "Realtime", "materialx": "USD MaterialX", "preview": "USD Preview", "gltf": "glTF"}
+TARGETS = {
+    "cycles": "Converted, in Cycles",
+    "realtime": "Realtime",
+    "materialx": "USD MaterialX",
+    "preview": "USD Preview",
+    "gltf": "glTF",
+}
 WHOLE = {Verdict.KEPT, Verdict.BAKED, Verdict.NONE}
 COLUMNS = ("Feature", "Target", "Assets", "Materials", "Converted", "Kept", "Baked", "Said", "Lost unsaid")
+PICTURE_COLUMNS = ("Picture", "", "Materials", "Median", "90 of 100 below", "Worst")
+PICTURES = {"cycles": "Cycles, after conversion from before", "realtime": "Realtime from Cycles"}
 SHARE_COLUMNS = ("Target", "", "Whole", "Whole or said", "Lost unsaid", "Poorer than Blender's own")
 
 type Record = Mapping[str, Any]
@@ -79,6 +87,23 @@ def shares(records: Sequence[Record]) -> list[dict[str, Any]]:
     return found
 
 
+def pictures(records: Sequence[Record]) -> list[dict[str, Any]]:
+    """Return, for both kinds of picture, how far they are from what they should be over all materials: fractions."""
+    found = []
+    for kind in PICTURES:
+        given = sorted(
+            material["pictures"][kind]["rms"]
+            for record in records
+            for material in record["materials"]
+            if kind in material["pictures"] and (material["converted"] or kind != "cycles")
+        )
+        if given:
+            last = len(given) - 1
+            middle, most = given[last // 2], given[round(0.9 * last)]
+            found.append({"picture": kind, "materials": len(given), "median": middle, "most": most, "worst": given[-1]})
+    return found
+
+
 def tables(records: Sequence[Record]) -> Iterator[Table]:
     """Yield the tables for the terminal."""
     rows, last = [], ""
@@ -97,6 +122,12 @@ def tables(records: Sequence[Record]) -> Iterator[Table]:
             f"{line[key]} of {line['assets']} ({100.0 * line[key] / of:.0f} %)" for key in ("whole", "said", "lost", "poorer")
         ]
     yield "Assets", SHARE_COLUMNS, rows
+    shown = []
+    for line in pictures(records):
+        figures = [f"{100.0 * line[key]:.2f} %" for key in ("median", "most", "worst")]
+        shown.append([PICTURES[line["picture"]], "", str(line["materials"]), *figures])
+    if shown:
+        yield "RMS difference of pictures, one sun, interior of each material", PICTURE_COLUMNS, shown
 
 
 def faults(records: Sequence[Record]) -> Iterator[tuple[str, str, str, str, str, str]]:
@@ -110,6 +141,8 @@ def faults(records: Sequence[Record]) -> Iterator[tuple[str, str, str, str, str,
                         continue
                     kind = " and ".join(["lost unsaid"] * (verdict == Verdict.LOST) + ["poorer than Blender's own"] * is_poorer)
                     held = material["held"].get(target, {}).get(channel, [])
+                    if target in material["pictures"]:
+                        held = [f"a picture {100.0 * material['pictures'][target]['rms']:.1f} % off"]
                     yield (
                         record["file"],
                         material["name"],

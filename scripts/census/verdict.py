@@ -9,9 +9,13 @@ and do something to them; glTF, which can only multiply, has to have them baked.
 import re
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 from true_diffuse.scripts.census.gltf_file import VERTEX_COLOR
 from true_diffuse.scripts.census.values import CHANNELS, DEFAULT_UV_MAP, MISSING, ImageUse, Place, Value, identifier
+
+if TYPE_CHECKING:
+    from true_diffuse.scripts.census.pictures import Difference
 
 TOLERANCE = 0.06
 PLACE_TOLERANCE = 2e-3
@@ -49,6 +53,24 @@ def judge(
 
 def _is_held(channel: str, expected: Sequence[Value], candidates: Sequence[Value], uv_maps: Sequence[str]) -> bool:
     return any(matches(channel, one, candidate, uv_maps) for one in expected for candidate in candidates)
+
+
+def judge_picture(
+    channels: Sequence[str], difference: "Difference | None", close: float, lines: Sequence[str], has_failed: bool
+) -> dict[str, str]:
+    """Return the verdicts on the channels of a material by a picture of it, which may be so `close` to what it should be.
+
+    A picture shows all channels at once: where it is not close and a line is about some of them, the others are not judged.
+    """
+    named = [channel for channel in channels if any(mentions(line, channel) for line in lines)]
+    if has_failed:
+        return dict.fromkeys(channels, Verdict.LOST)
+    if difference is None or difference.rms <= close:
+        seen = Verdict.NONE if difference is None else Verdict.KEPT
+        return {channel: Verdict.SAID if channel in named and difference is None else seen for channel in channels}
+    if not named:
+        return dict.fromkeys(channels, Verdict.LOST)
+    return {channel: Verdict.SAID if channel in named else Verdict.NONE for channel in channels}
 
 
 def mentions(line: str, channel: str) -> bool:
