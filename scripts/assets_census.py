@@ -33,7 +33,7 @@ from true_diffuse.scripts.cli.startup import load_bpy, run_script
 KINDS = (".blend", ".glb", ".gltf", ".usd", ".usda", ".usdc", ".usdz")
 OUT = Path("census")
 SECONDS = 180.0
-SIZE = 96
+SIZE = 64
 SHOWN_LOST = 20  # lines in the terminal
 
 
@@ -121,6 +121,9 @@ def census(options: Namespace, output: OutputFolder, terminal: Terminal) -> None
         return
     for each in table.tables(records):
         terminal.table(*each)
+    for record in records:
+        for target, trace in record["failures"].items():
+            terminal.say(f"{record['file']}: {table.TARGETS[target]} failed: {trace.splitlines()[-1]}")
     lost = list(table.faults(records))
     if lost:
         terminal.say(f"\nLost unsaid, or poorer than Blender's own export: {len(lost)}, all of them in census.json")

@@ -11,9 +11,11 @@ import bpy
 import pytest
 
 from support import assert_bad_input, run_script
+from true_diffuse.addon.blender import engines
 from true_diffuse.scripts.census import features, gltf_file, table, usd_file
+from true_diffuse.scripts.census.pictures import Difference, Stage
 from true_diffuse.scripts.census.values import PLACES, ImageUse, Value, constant, product
-from true_diffuse.scripts.census.verdict import Verdict, judge, poorer
+from true_diffuse.scripts.census.verdict import Verdict, judge, judge_picture, poorer
 from true_diffuse.scripts.characters.small import skin
 from true_diffuse.scripts.characters.small.characters import GLTF_FILES
 
@@ -367,12 +369,54 @@ def test_poorer_is_what_blender_s_own_export_carries_and_ours_does_not() -> None
     assert poorer(channels, native, {"base color": [IMAGE], "roughness": [constant(1.0)]}, UV_MAPS) == ["normal"]
 
 
+@pytest.mark.parametrize(
+    ("rms", "lines", "verdicts"),
+    [
+        (0.04, [], {"coat": Verdict.KEPT, "sheen": Verdict.KEPT}),
+        (0.06, [], {"coat": Verdict.LOST, "sheen": Verdict.LOST}),
+        (0.06, ["Coat: is not drawn"], {"coat": Verdict.SAID, "sheen": Verdict.NONE}),
+        (None, [], {"coat": Verdict.NONE, "sheen": Verdict.NONE}),  # not in the picture
+        (None, ["Coat: is not drawn"], {"coat": Verdict.SAID, "sheen": Verdict.NONE}),
+    ],
+)
+def test_verdict_by_a_picture(rms: float | None, lines: list[str], verdicts: dict[str, str]) -> None:
+    difference = None if rms is None else Difference(rms, 100)
+    assert judge_picture(["coat", "sheen"], difference, 0.05, lines, False) == verdicts
+    assert set(judge_picture(["coat", "sheen"], difference, 0.05, lines, True).values()) == {Verdict.LOST}
+
+
+@pytest.mark.render
+@empty
+def test_difference_of_pictures_is_that_of_the_colors() -> None:
+    """A Lambertian surface of 0.72 in place of 0.8 is 10 % darker in every pixel; the other material stays as it is."""
+    materials = []
+    for name, x in (("Changed", -1.2), ("Same", 1.2)):
+        bpy.ops.mesh.primitive_uv_sphere_add(location=(x, 0.0, 3.0))
+        material = bpy.data.materials.new(name)
+        material.node_tree.nodes.clear()
+        closure = material.node_tree.nodes.new("ShaderNodeBsdfDiffuse")
+        output = material.node_tree.nodes.new("ShaderNodeOutputMaterial")
+        material.node_tree.links.new(closure.outputs[0], output.inputs["Surface"])
+        closure.inputs["Color"].default_value = (0.8, 0.8, 0.8, 1.0)
+        bpy.context.object.data.materials.append(material)
+        materials.append(material)
+    stage = Stage(64)
+    before = stage.draw(engines.CYCLES)
+    materials[0].node_tree.nodes["Diffuse BSDF"].inputs["Color"].default_value = (0.72, 0.72, 0.72, 1.0)
+    found = stage.compare(stage.draw(engines.CYCLES), before, {item.name: item.pass_index for item in materials})
+    assert found["Changed"].rms == pytest.approx(0.1, abs=1e-5) and found["Same"].rms == pytest.approx(0.0, abs=1e-6)
+    # two disks of a radius of 1 in a square whose half side is that of a sphere around both boxes, each a pixel smaller
+    whole = math.pi * (32.0 / math.hypot(2.2, 1.0, 1.0) - 1.0) ** 2
+    assert 0.7 * whole < found["Same"].pixels < whole
+
+
 def record(file: str, **verdicts: str) -> dict[str, Any]:
     """A record of an asset with one material, which has one feature a channel, all targets alike."""
     rows = [{"row": channel.capitalize(), "channel": channel} for channel in verdicts]
     given = {target: dict(verdicts) for target in table.TARGETS}
-    material = {"name": "Own", "converted": True, "features": rows, "verdicts": given, "poorer": {}, "held": {}}
-    return {"file": file, "materials": [{**material, "channels": dict.fromkeys(verdicts, "expected")}]}
+    material = {"name": "Own", "converted": True, "features": rows, "verdicts": given}
+    material |= {"poorer": {}, "held": {}, "pictures": {}}
+    return {"file": file, "failures": {}, "materials": [{**material, "channels": dict.fromkeys(verdicts, "expected")}]}
 
 
 def test_figures_count_materials_and_whole_assets() -> None:
@@ -407,7 +451,7 @@ def test_bad_assets_are_a_line_each_and_end_nothing(tmp_path: Path) -> None:
     (folder / "broken.glb").write_bytes(b"glTF\x02\x00\x00\x00")
     (folder / "empty.usda").write_text("#usda 1.0\n")
     (folder / skin.FILE).write_bytes((ASSETS / skin.FILE).read_bytes())
-    result = run_script("assets_census.py", folder, "--json", "--processes", "2", cwd=tmp_path)
+    result = run_script("assets_census.py", folder, "--json", "--processes", "2", "--resolution", "0", cwd=tmp_path)
     assert result.returncode == 0, result.stdout + result.stderr
     document = json.loads((tmp_path / "census" / "census.json").read_text())
     assert [error["file"] for error in document["errors"]] == ["broken.glb", "empty.usda"]
@@ -424,6 +468,6 @@ def test_asset_that_takes_too_long_is_ended(tmp_path: Path) -> None:
     folder.mkdir()
     (folder / skin.FILE).write_bytes((ASSETS / skin.FILE).read_bytes())
     result = run_script(
-        "assets_census.py", folder, "--seconds", "1", cwd=tmp_path
+        "assets_census.py", folder, "--seconds", "1", "--resolution", "0", cwd=tmp_path
     )  # Blender alone takes longer to start and export
     assert result.returncode == 0 and "took longer than 1 s" in result.stdout

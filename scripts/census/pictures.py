@@ -22,8 +22,8 @@ LENS = 85.0  # mm
 VIEW = Vector((0.25, -1.0, 0.2)).normalized()  # from the middle of the meshes towards the camera: characters face -Y
 SUN = (-0.45, -0.8, 0.5)  # from the middle towards the sun
 IRRADIANCE = math.pi  # W/m^2 on a plane facing the sun: a white one has a radiance of 1
-SAMPLES = 32  # for what Cycles chooses at random: transparency, subsurface scattering
-STEP = 0.03  # in radii of the whole: a greater difference in depth between neighbors is an edge
+SAMPLES = 16  # for what Cycles chooses at random: transparency, subsurface scattering
+STEP = 4.0  # pixels: a greater difference in depth between neighbors is an edge
 FEWEST_PIXELS = 20
 DARK = 1e-3  # W/(m^2 sr), mean radiance below which a relative error says nothing
 
@@ -106,7 +106,7 @@ class Stage:
 
     def _interior(self, index: Sequence[float], depth: Sequence[float]) -> list[int]:
         """Return the pixels around which there is the same material without a step in depth."""
-        size, step = self.size, STEP * self.radius
+        size, step = self.size, STEP * 2.0 * self.radius / self.size
         around = [row * size + column for row in (-1, 0, 1) for column in (-1, 0, 1)]
         return [
             y * size + x
