@@ -9,8 +9,9 @@ import itertools
 import math
 import random
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -19,15 +20,24 @@ import pytest
 
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.material.expression import (
+    Apply,
     Attribute,
+    Bump,
+    Constant,
     Coordinate,
     Expression,
+    Image,
+    ImageTexture,
+    NormalMap,
+    UvMap,
+    apply,
     evaluate,
     triple,
+    walk,
 )
 from true_diffuse.addon.material.links import Place
 from true_diffuse.addon.material.operations import Triple, Value
-from true_diffuse.addon.material.read_nodes import FOLDED, NodeReader
+from true_diffuse.addon.material.read_nodes import FOLDED, NodeReader, UnsupportedInput
 from true_diffuse.addon.measure import render
 
 SAMPLES = 16  # faces of a setting; the first ones have the EDGES as values
@@ -529,3 +539,229 @@ def test_node_has_the_value_of_cycles(name: str, picture: Picture) -> None:
         if any(abs(x - y) > TOLERANCE * max(1.0, abs(y)) for x, y in zip(value, cycles, strict=True)):
             wrong.append((face.values, value, cycles))
     assert not wrong
+
+
+class Stage:
+    """A material whose Emission node shows what is read."""
+
+    def __init__(self) -> None:
+        self.material = bpy.data.materials.new("Test")
+        self.tree = self.material.node_tree
+        self.tree.nodes.clear()
+        output, self.emission = (self.tree.nodes.new(f"ShaderNode{kind}") for kind in ("OutputMaterial", "Emission"))
+        self.tree.links.new(self.emission.outputs[0], output.inputs["Surface"])
+        self.reader = NodeReader()
+
+    def node(self, kind: str, **properties: object) -> bpy.types.Node:
+        made = self.tree.nodes.new(kind)
+        for key, value in properties.items():
+            setattr(made, key, value)
+        return made
+
+    def link(self, output: Socket, node: bpy.types.Node, name: str | int) -> None:
+        self.tree.links.new(output, node.inputs[name])
+
+    def read(self, output: Socket) -> Expression:
+        self.tree.links.new(output, self.emission.inputs["Color"])
+        return self.reader.expression(Place(self.emission.inputs["Color"]))
+
+    def image(self, source: str = "GENERATED", color_space: str = "sRGB") -> bpy.types.Image:
+        image = bpy.data.images.new("picture", 4, 4, is_data=color_space == "Non-Color")
+        image.colorspace_settings.name = color_space
+        image.source = source
+        return image
+
+
+@pytest.fixture
+def stage() -> Stage:
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    return Stage()
+
+
+PIXEL = (0.8, 0.4, 0.2, 0.6)  # whole numbers of 255ths
+ALPHA_MODES = ("STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE")
+
+
+@pytest.mark.render
+def test_alpha_of_an_image_counts_as_in_cycles() -> None:
+    cases = list(itertools.product(ALPHA_MODES, ("sRGB", "Non-Color"), (False, True), ("no", "used", "dead")))
+
+    def build(tree: Tree, case: tuple[str, str, bool, str]) -> Socket:
+        mode, space, is_float, alpha = case
+        image = bpy.data.images.new(str(case), 2, 2, alpha=True, float_buffer=is_float)
+        image.colorspace_settings.name, image.alpha_mode = space, mode
+        image.pixels.foreach_set(PIXEL * 4)
+        image.pack()
+        made, small, mix = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("TexImage", "Math", "Mix"))
+        made.image, small.operation, small.inputs[1].default_value, mix.data_type = image, "MULTIPLY", 1e-9, "RGBA"
+        if alpha != "no":
+            tree.links.new(made.outputs["Alpha"], small.inputs[0])
+        if alpha == "used":
+            tree.links.new(small.outputs[0], mix.inputs[0])
+        mix.inputs[0].default_value = 1e-9
+        tree.links.new(made.outputs["Color"], mix.inputs["A"] if mix.inputs["A"].enabled else mix.inputs[6])
+        return mix.outputs[2]
+
+    class Point(Face):
+        def image(self, texture: ImageTexture, _coordinates: Triple) -> Value:
+            assert texture.coordinates == UvMap()
+            picture, alpha = texture.image, PIXEL[3]
+            if texture.output == "alpha":
+                return alpha
+            factor = 1.0
+            if not picture.is_data and picture.alpha_mode == "STRAIGHT" and not texture.is_unassociated:
+                factor = alpha
+            if not picture.is_data and picture.alpha_mode == "PREMUL" and texture.is_unassociated:
+                factor = 1.0 / alpha
+            red, green, blue = (x * factor for x in PIXEL[:3])
+            # of the generated images those of floats are linear
+            return (red, green, blue) if picture.is_data or picture.is_float else tuple(map(decoded, (red, green, blue)))
+
+    settings = [Setting(str(case), partial(build, case=case)) for case in cases]
+    picture = draw(settings)
+    for case in cases:
+        value = triple(evaluate(picture.expressions[str(case)], Point(0)))
+        # half a step of 8 bits, which after division by the alpha and decoding is so many times more at most
+        assert picture.cycles[str(case)][0][1] == pytest.approx(value, abs=0.5 / 255.0 * 2.9 / PIXEL[3]), case
+
+
+def decoded(x: float) -> float:
+    """Return the linear value of a number encoded by sRGB (IEC 61966-2-1)."""
+    return x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4
+
+
+def test_image_texture_is_read_with_all_its_settings(stage: Stage) -> None:
+    image = stage.image("SEQUENCE", "Non-Color")
+    node = stage.node("ShaderNodeTexImage", image=image, extension="CLIP", interpolation="Cubic", projection="BOX")
+    node.projection_blend = 0.3
+    user = node.image_user
+    user.frame_start, user.frame_duration, user.frame_offset, user.use_cyclic = 5, 20, 3, True
+    coordinates = stage.node("ShaderNodeTexCoord")
+    stage.link(coordinates.outputs["Object"], node, "Vector")
+    read = stage.read(node.outputs["Color"])
+    expected = Image("picture", "Non-Color", True, "STRAIGHT", "SEQUENCE")
+    assert read == ImageTexture(expected, Coordinate("object"), "color", "CLIP", "Cubic", "BOX", 0.3, False, (5, 20, 3), True)
+    assert stage.reader.images == {"picture": image}
+    assert stage.read(node.outputs["Alpha"]) == apply("combine", *[replace(read, output="alpha", is_unassociated=True)] * 3)
+
+
+def test_image_of_a_library_has_its_full_name(stage: Stage, tmp_path: Path) -> None:
+    image = stage.image()
+    bpy.data.libraries.write(str(tmp_path / "other.blend"), {image}, fake_user=True)
+    with bpy.data.libraries.load(str(tmp_path / "other.blend"), link=True) as (_, wanted):
+        wanted.images = ["picture"]
+    node = stage.node("ShaderNodeTexImage", image=wanted.images[0])
+    read = stage.read(node.outputs["Color"])
+    assert isinstance(read, ImageTexture)
+    assert read.image.name == wanted.images[0].name_full != "picture"
+
+
+def test_mapping_that_changes_nothing_vanishes(stage: Stage) -> None:
+    image, mapping = stage.node("ShaderNodeTexImage", image=stage.image()), stage.node("ShaderNodeMapping")
+    stage.link(stage.node("ShaderNodeUVMap", uv_map="UVMap").outputs[0], mapping, "Vector")
+    stage.link(mapping.outputs[0], image, "Vector")
+    for kind in ("POINT", "TEXTURE", "VECTOR"):
+        mapping.vector_type = kind
+        read = stage.read(image.outputs["Color"])
+        assert isinstance(read, ImageTexture)
+        assert read.coordinates == UvMap("UVMap")
+
+
+def test_texture_transform_is_a_scale_a_rotation_and_a_translation(stage: Stage) -> None:
+    mapping = stage.node("ShaderNodeMapping")
+    stage.link(stage.node("ShaderNodeUVMap").outputs[0], mapping, "Vector")
+    mapping.inputs["Scale"].default_value = (2.0, 3.0, 1.0)
+    mapping.inputs["Rotation"].default_value = (0.0, 0.0, 0.5)
+    mapping.inputs["Location"].default_value = (0.25, 0.75, 0.0)
+    scaled = Apply("multiply", (UvMap(), Constant((2.0, 3.0, 1.0))))
+    turned = Apply("rotate", (scaled, Constant((0.0, 0.0, 0.5))))
+    assert stage.read(mapping.outputs[0]) == Apply("add", (turned, Constant((0.25, 0.75, 0.0))))
+
+
+def test_tint_is_a_product(stage: Stage) -> None:
+    image = stage.node("ShaderNodeTexImage", image=stage.image())
+    mix = stage.node("ShaderNodeMix", data_type="RGBA", blend_type="MULTIPLY")
+    mix.inputs[0].default_value = 1.0
+    stage.link(image.outputs["Color"], mix, 6)
+    mix.inputs[7].default_value = (0.5, 0.25, 1.0, 1.0)
+    assert stage.read(mix.outputs[2]) == Apply("multiply", (stage.read(image.outputs["Color"]), Constant((0.5, 0.25, 1.0))))
+
+
+@pytest.mark.parametrize("space", ["TANGENT", "OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD"])
+@pytest.mark.parametrize("convention", ["OPENGL", "DIRECTX"])
+def test_normal_map_is_read(stage: Stage, space: str, convention: str) -> None:
+    node = stage.node("ShaderNodeNormalMap", space=space, uv_map="UVMap", convention=convention)
+    image = stage.node("ShaderNodeTexImage", image=stage.image(color_space="Non-Color"))
+    stage.link(image.outputs["Color"], node, "Color")
+    stage.link(from_attribute(stage.tree, "p"), node, "Strength")
+    read = stage.read(node.outputs[0])
+    assert read == NormalMap(stage.read(image.outputs["Color"]), Attribute("p", "factor"), space, "UVMap", convention)
+
+
+def test_bump_is_read(stage: Stage) -> None:
+    node = stage.node("ShaderNodeBump", invert=True)
+    stage.link(from_attribute(stage.tree, "p"), node, "Height")
+    node.inputs["Strength"].default_value, node.inputs["Distance"].default_value = 0.5, 0.25
+    node.inputs["Filter Width"].default_value = 2.0
+    height = Attribute("p", "factor")
+    expected = Bump(height, Constant(0.5), Constant(0.25), 2.0, True)
+    assert stage.read(node.outputs[0]) == expected
+    second = stage.node("ShaderNodeBump")
+    stage.link(from_attribute(stage.tree, "q"), second, "Height")
+    second.inputs["Distance"].default_value = 1.0
+    stage.link(node.outputs[0], second, "Normal")
+    assert stage.read(second.outputs[0]) == Bump(Attribute("q", "factor"), normal=expected)
+
+
+def test_normal_that_is_the_surface_own_is_seen_as_such(stage: Stage) -> None:
+    own = Coordinate("normal")
+    flat = stage.node("ShaderNodeNormalMap")
+    assert stage.read(flat.outputs[0]) == own
+    weak = stage.node("ShaderNodeNormalMap")
+    stage.link(from_attribute(stage.tree, "a"), weak, "Color")
+    weak.inputs["Strength"].default_value = 0.0
+    assert stage.read(weak.outputs[0]) == own
+    bump = stage.node("ShaderNodeBump")
+    assert stage.read(bump.outputs[0]) == own
+    closure = stage.node("ShaderNodeBsdfDiffuse")
+    assert stage.reader.expression(Place(closure.inputs["Normal"])) == Constant((0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("kind", "output"),
+    [("ObjectInfo", "Random"), ("NewGeometry", "Pointiness"), ("CameraData", "View Z Depth"), ("HairInfo", "Length")],
+)
+def test_what_cannot_be_read_is_named(stage: Stage, kind: str, output: str) -> None:
+    node = stage.node(f"ShaderNode{kind}", label="Mine")
+    with pytest.raises(UnsupportedInput) as caught:
+        stage.read(node.outputs[output])
+    assert caught.value.node == "Mine"
+    assert output in caught.value.what and node.bl_label in caught.value.what
+
+
+def test_image_node_without_image_is_named(stage: Stage) -> None:
+    with pytest.raises(UnsupportedInput, match="without an image"):
+        stage.read(stage.node("ShaderNodeTexImage").outputs["Color"])
+
+
+def test_keyed_and_driven_values_are_noted_once_each(stage: Stage) -> None:
+    math, value = stage.node("ShaderNodeMath"), stage.node("ShaderNodeValue", label="Shown")
+    math.inputs[1].default_value = 2.0
+    math.inputs[1].keyframe_insert("default_value", frame=1)
+    math.inputs[2].driver_add("default_value")  # which this operation does not use
+    stage.link(value.outputs[0], math, 0)
+    value.outputs[0].driver_add("default_value")
+    assert stage.read(math.outputs[0]) == Constant((2.0, 2.0, 2.0))
+    stage.reader.expression(Place(stage.emission.inputs["Color"]))
+    assert sorted(node for node, _ in stage.reader.notes) == ["Math", "Shown"]
+    assert all("this frame" in what for _, what in stage.reader.notes)
+
+
+def test_shared_nodes_are_read_once(stage: Stage) -> None:
+    output = from_attribute(stage.tree, "p")
+    for _ in range(60):  # 2^60 paths
+        math = stage.node("ShaderNodeMath", operation="MULTIPLY")
+        stage.link(output, math, 0)
+        stage.link(output, math, 1)
+        output = math.outputs[0]
+    assert len(list(walk(stage.read(output)))) == 62  # with the attribute and the triple that the color is

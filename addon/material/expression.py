@@ -43,8 +43,10 @@ class Image:
 class ImageTexture:
     """An image looked up at `coordinates`, of which x and y count where `projection` is FLAT.
 
-    The color is multiplied by the alpha unless the node's Alpha is linked, too (`is_unassociated`), or the image says otherwise:
-    so both engines do.
+    Blender multiplies the color by the alpha, unless the node's Alpha is used, too (`is_unassociated`): so has an image of the
+    alpha mode PREMUL it in its file, and the color is divided by the alpha where it must not; that of a STRAIGHT one is multiplied
+    where it must, by EEVEE as linear values, by Cycles as encoded ones if the image has 8 bits. CHANNEL_PACKED, NONE and data are
+    taken as they are.
     """
 
     image: Image

@@ -78,6 +78,22 @@ def _behind(output: Place) -> Place | None:
     return None
 
 
+def is_used(output: bpy.types.NodeSocket) -> bool:
+    """Return whether a value reaches an output of its tree."""
+    seen: set[bpy.types.Node] = set()
+    waiting = [output]
+    while waiting:
+        for link in waiting.pop().links:
+            node = link.to_node
+            if link.is_muted or not link.is_valid or node in seen:
+                continue
+            if node.type == "OUTPUT_AOV" or (node.type in ("OUTPUT_MATERIAL", "GROUP_OUTPUT") and node.is_active_output):
+                return True
+            seen.add(node)
+            waiting += node.outputs
+    return False
+
+
 def _linked_output(place: Place) -> Place | None:
     """Return the output linked to an input; None where there is none. Muted and invalid links do not count."""
     for link in place.socket.links:

@@ -26,7 +26,7 @@ from .expression import (
     as_kind,
     number,
 )
-from .links import Place, is_nothing, source, trail
+from .links import Place, is_nothing, is_used, source, trail
 from .operations import Value
 from .textures import TEXTURES, operation_name
 
@@ -203,7 +203,7 @@ def _image_texture(reader: NodeReader, output: Place) -> Expression:
         node.interpolation,
         node.projection,
         shortest(node.projection_blend) if node.projection == "BOX" else 0.0,
-        any(link.is_valid and not link.is_muted for link in node.outputs["Alpha"].links),
+        is_used(node.outputs["Alpha"]),
         (user.frame_start, user.frame_duration, user.frame_offset) if is_played else (0, 0, 0),
         is_played and user.use_cyclic,
     )
