@@ -27,7 +27,10 @@ from true_diffuse.scripts.studies import materialx_code
 from true_diffuse.scripts.studies.float32_accuracy import anywhere, single_vector
 from true_diffuse.scripts.studies.study import Table, text
 
-KEY = "trueDiffuse"  # of the custom data, see addon/material/surface.py
+KEY = "trueDiffuse"  # of the custom data, see addon/usd/author.py
+# Parameters of addon/material/surface.py that one of our formulas has
+PLAIN = {"base_color", "diffuse_roughness", "diffuse_ior", "highlight_weight", "highlight_exponent"}
+WHITE_PAPER = (0.8, 0.8, 0.8)  # the default of base_color
 LIGHT: Vector = (0.0, 0.0, 1.0)
 COUNT = 64 * materialx_code.WIDTH
 
@@ -81,7 +84,7 @@ def check(file: Path, stage: Usd.Stage) -> Iterator[dict[str, object]]:
         yield {
             "file": file.name,
             "material": material.GetPrim().GetName(),
-            "model": data.get("inputs", {}).get("Model", ""),
+            "model": models.MODELS[data["model"]].label if "model" in data else "",
             "problems": ([] if valid else [message]) + [f"no {target}" for target, text in code.items() if not text],
             "lines": {target: len(text.splitlines()) for target, text in code.items()},
             **glsl_error(code["GLSL"], data),
@@ -90,12 +93,14 @@ def check(file: Path, stage: Usd.Stage) -> Iterator[dict[str, object]]:
 
 def formula(data: dict) -> tuple[Model, Sequence[float]] | None:
     """Return the model that the custom `data` name, with the albedo by channel; None where it varies or is no BRDF alone."""
-    inputs = data.get("inputs", {})
-    if data.get("fed") or data.get("group") not in {"rough_diffuse", "specular"}:
+    surface = data.get("surface", {})
+    if data.get("varying") or set(surface) - PLAIN or "model" not in data:
         return None
-    if data["group"] == "specular":
-        return models.Specular(inputs["Specular"], inputs["Exponent"]), inputs["Color"][:3]
-    return models.by_label(inputs["Model"]).reference(inputs), inputs["Color"][:3]
+    albedo = tuple(surface.get("base_color", WHITE_PAPER))
+    if "highlight_weight" in surface:
+        return models.Specular(surface["highlight_weight"], surface.get("highlight_exponent", 30.0)), albedo
+    inputs = {"Roughness": surface.get("diffuse_roughness", 0.0), "IOR": surface.get("diffuse_ior", 1.5)}
+    return models.MODELS[data["model"]].reference(inputs), albedo
 
 
 def glsl_error(code: str, data: dict) -> dict[str, float]:

@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Our materials in USD: a MaterialX network, a UsdPreviewSurface for programs without MaterialX, and all values for the way back.
+"""Our materials in USD: a MaterialX network, a UsdPreviewSurface for programs without MaterialX, and all nodes for the way back.
 
-hook.py       called by Blender's exporter and importer; it reads materials with material/read.py
-nearest.py    for each reflectance model the MaterialX closure that is the same or nearest
-materialx.py, preview.py    Surface -> the plain shaders of network.py
-author.py     shaders and values -> prims, and values back from prims; needs pxr
-names.py      materials whose names are equal in USD; needs pxr
-restore.py    Surface -> Blender material
+hook.py                 called by Blender's exporter and importer
+export.py               a material -> both networks, its image files and nodes, while Blender writes the stage; needs pxr
+materialx.py            Surface -> MaterialX: the closures; nearest.py: what stands for each reflectance model
+expressions.py          what feeds an input -> MaterialX: images, attributes, normals; operations by terms.py and compositions.py
+preview.py, lookups.py  Surface -> UsdPreviewSurface; lookups.py: what of an expression is one image, scaled
+affine.py               coordinates that are a UV map moved, turned and scaled
+network.py              a shading network as plain values
+color_spaces.py         images' color spaces by their names in MaterialX
+primvars.py, names.py   names of UV maps, attributes and materials in the stage; need pxr
+author.py               networks and nodes -> prims, and back; needs pxr
+restore.py              prims -> a Blender material; version_0_1_0.py: from files of that version; need pxr
 """
 
 import bpy

@@ -1,16 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes networks and values into a USD material, and reads the values back. Needs pxr."""
+"""Writes networks and a material's nodes into a USD material, and reads the nodes back. Needs pxr."""
 
-from collections.abc import Mapping
-from dataclasses import asdict
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from pxr import Gf, Sdf, Usd, UsdMtlx, UsdShade, Vt
 
-from ..material.surface import Attribute, GroupSurface, Image, Source
+from ..material.expression import Constant as Value
+from ..material.surface import Surface
 from .materialx import VERSION
-from .network import Constant, Network
+from .network import Constant, Network, Output, Primvar
 
 KEY = "trueDiffuse"  # of a material's custom data
+IMAGES = "trueDiffuse:images"  # the attribute with the files of a material's images: USD packs the files of attributes
+FORMAT = 2  # of the custom data; version 0.1.0 wrote none
 VECTORS = {
     "color3f": Gf.Vec3f,
     "color4f": Gf.Vec4f,
@@ -21,38 +25,52 @@ VECTORS = {
 }
 
 
-def write(material: UsdShade.Material, preview: Network, materialx: Network) -> None:
-    """Make the two networks the surfaces of `material`, and remove shaders that no output uses any more."""
-    surface, mtlx = material.CreateSurfaceOutput(), material.CreateSurfaceOutput("mtlx")
-    for output in (surface, mtlx):
+def write(material: UsdShade.Material, preview: Network | None, materialx: Network) -> dict[Sdf.Path, Primvar]:
+    """Make the networks the surfaces of `material`, and remove shaders that no output uses any more.
+
+    Without a `preview` the surface for programs without MaterialX stays as it is. Return the inputs that name UV maps and
+    attributes, by Blender's names.
+    """
+    outputs = {material.CreateSurfaceOutput("mtlx"): materialx}
+    if preview:
+        outputs[material.CreateSurfaceOutput()] = preview
+    for output in outputs:
         output.ClearSources()
     _remove_unused(material)
-    for network, output in ((preview, surface), (materialx, mtlx)):
-        _shaders(material, network)
+    primvars: dict[Sdf.Path, Primvar] = {}
+    for output, network in reversed(outputs.items()):
+        primvars |= _shaders(material, network)
         shader = UsdShade.Shader.Get(material.GetPrim().GetStage(), _path(material, network.surface.shader))
         output.ConnectToSource(shader.GetOutput(network.surface.name))
     config = UsdMtlx.MaterialXConfigAPI.Apply(material.GetPrim())
     config.CreateConfigMtlxVersionAttr(VERSION)
+    return primvars
 
 
 def _path(material: UsdShade.Material, shader: str) -> Sdf.Path:
     return material.GetPath().AppendChild(shader)
 
 
-def _shaders(material: UsdShade.Material, network: Network) -> None:
-    """Define the shaders of `network`, whose order is from sources to the surface."""
+def _shaders(material: UsdShade.Material, network: Network) -> dict[Sdf.Path, Primvar]:
+    """Define the shaders of `network`, whose order is from sources to the surface; return the inputs that name primvars."""
     stage = material.GetPrim().GetStage()
+    primvars: dict[Sdf.Path, Primvar] = {}
     for name, shader in network.shaders.items():
         prim = UsdShade.Shader.Define(stage, _path(material, name))
         prim.CreateIdAttr(shader.identifier)
-        prim.CreateOutput(shader.output.name, Sdf.ValueTypeNames.Find(shader.output.type))
+        for output, kind in shader.outputs.items():
+            prim.CreateOutput(output, Sdf.ValueTypeNames.Find(kind))
         for socket, value in shader.inputs.items():
             target = prim.CreateInput(socket, Sdf.ValueTypeNames.Find(value.type))
-            if isinstance(value, Constant):
-                _set(target, value)
-            else:
+            if isinstance(value, Output):
                 source = UsdShade.Shader.Get(stage, _path(material, value.shader))
                 target.ConnectToSource(source.GetOutput(value.name))
+            elif isinstance(value, Primvar):
+                target.Set(value.name)
+                primvars[target.GetAttr().GetPath()] = value
+            else:
+                _set(target, value)
+    return primvars
 
 
 def _set(target: UsdShade.Input, constant: Constant) -> None:
@@ -82,48 +100,55 @@ def _remove_unused(material: UsdShade.Material) -> None:
             stage.RemovePrim(child.GetPath())
 
 
-def write_custom_data(prim: Usd.Prim, surface: GroupSurface, unsupported: list[str]) -> None:
-    """Write all of `surface` into the custom data of a material, with messages about what the networks do not hold."""
+def write_nodes(material: UsdShade.Material, surface: Surface, nodes: Mapping[str, Any], images: Mapping[str, str]) -> None:
+    """Write a material's nodes, a record of node_record.py, with the files of its `images` by their full names in Blender.
+
+    The surface's reflectance model, its constants, and the names of what varies are for other readers.
+    """
+    prim = material.GetPrim()
+    constants = {name: one.value for name, one in surface.inputs.items() if isinstance(one, Value)}
+    varying = [name for name in surface.inputs if name not in constants]
     data: dict[str, object] = {
-        "group": surface.group,
-        "version": surface.version,
-        "inputs": {
-            name: {3: Gf.Vec3d, 4: Gf.Vec4d}[len(value)](*value) if isinstance(value, tuple) else value
-            for name, value in surface.inputs.items()
-        },
-        "fed": {name: _source_to_usd(source) for name, source in surface.linked.items()},  # the key of version 0.1.0
+        "format": FORMAT,
+        "model": surface.model,
+        "surface": {name: Gf.Vec3d(*value) if isinstance(value, tuple) else float(value) for name, value in constants.items()},
+        "nodes": json.dumps(nodes, separators=(",", ":")),
     }
-    if unsupported:
-        data["notCarried"] = Vt.StringArray(unsupported)
+    if varying:
+        data["varying"] = Vt.StringArray(varying)
+    if images:
+        data["images"] = Vt.StringArray(list(images))
+        files = [Sdf.AssetPath(path) for path in images.values()]
+        prim.CreateAttribute(IMAGES, Sdf.ValueTypeNames.AssetArray, custom=True, variability=Sdf.VariabilityUniform).Set(files)
     prim.SetCustomDataByKey(KEY, data)
 
 
-def _source_to_usd(source: Source) -> dict[str, object]:
-    """Return a source as custom data, without the file of an image: USD packs files only where a shader refers to them."""
-    values = asdict(source)
-    values.pop("file", None)
-    return values | {"kind": "image" if isinstance(source, Image) else "attribute"}
+def write_names(prim: Usd.Prim, names: Mapping[Primvar, str], messages: Sequence[str]) -> None:
+    """Write what UV maps and attributes are called in the stage, and messages about what the networks do not hold."""
+    for kind in dict.fromkeys(primvar.kind for primvar in names):
+        own = {primvar.name or "": name for primvar, name in names.items() if primvar.kind == kind and primvar.name}
+        if own:
+            prim.SetCustomDataByKey(f"{KEY}:{kind}Names", Vt.StringArray([part for pair in own.items() for part in pair]))
+    if messages:
+        prim.SetCustomDataByKey(f"{KEY}:notCarried", Vt.StringArray(list(messages)))
 
 
-def read_custom_data(material: UsdShade.Material) -> GroupSurface | None:
-    """Return the surface that `write_custom_data` wrote, None where there is none.
+def read_nodes(material: UsdShade.Material) -> tuple[dict[str, Any], dict[str, str], dict[str, dict[str, str]]] | None:
+    """Return what `write_nodes` wrote: the nodes, the files by image, and the names in USD of UV maps and colors by Blender's.
 
-    Raises KeyError, TypeError or ValueError where the custom data have another form.
+    None where there is nothing of that. Raises KeyError, TypeError or ValueError where the custom data have another form.
     """
-    data = material.GetPrim().GetCustomDataByKey(KEY)
-    if data is None:
+    prim = material.GetPrim()
+    data = prim.GetCustomDataByKey(KEY)
+    if data is None or "nodes" not in data:
         return None
-    inputs = {name: value if isinstance(value, (str, int, float)) else tuple(value) for name, value in data["inputs"].items()}
-    linked = {name: _source_from_usd(material, name, values) for name, values in data.get("fed", {}).items()}
-    return GroupSurface(str(data["group"]), inputs, int(data["version"]), linked)
-
-
-def _source_from_usd(material: UsdShade.Material, socket: str, values: Mapping[str, float | str]) -> Source:
-    primvar, factor = str(values["primvar"]), float(values["factor"])
-    if values["kind"] == "attribute":
-        return Attribute(primvar, factor)
-    name = f"MaterialX_{socket.replace(' ', '_')}_image"
-    shader = UsdShade.Shader.Get(material.GetPrim().GetStage(), _path(material, name))
-    file = shader.GetInput("file").Get() if shader else None
-    path = (file.resolvedPath or file.path) if file else ""
-    return Image(path, bool(values["is_color"]), primvar, str(values["wrap"]), factor)
+    if data["format"] > FORMAT:
+        raise ValueError("a newer True Diffuse has written it")
+    attribute = prim.GetAttribute(IMAGES)
+    files = [file.resolvedPath or file.path for file in (attribute.Get() or ())] if attribute else []
+    images = dict(zip(data.get("images", ()), files, strict=False))
+    names = {}
+    for kind in ("uv", "color"):
+        parts = list(data.get(f"{kind}Names", ()))
+        names[kind] = dict(zip(parts[::2], parts[1::2], strict=True))
+    return json.loads(data["nodes"]), images, names

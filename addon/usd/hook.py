@@ -7,7 +7,6 @@ export or import goes on, the material stays as Blender makes it, and a message 
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 import bpy
@@ -17,12 +16,15 @@ from ..blender import report
 if TYPE_CHECKING:
     from pxr import Sdf, Usd, UsdShade
 
+    from .export import Export
+
 FAILURES = (RuntimeError, TypeError, ValueError, LookupError, AttributeError, ArithmeticError, OSError, ReferenceError)
 
 
 class MaterialExport(Protocol):
     """What Blender hands to `on_material_export`."""
 
+    def get_stage(self) -> "Usd.Stage": ...
     def export_texture(self, image: bpy.types.Image) -> str: ...
 
 
@@ -48,14 +50,13 @@ class TRUE_DIFFUSE_USD_hook(bpy.types.USDHook):
 
     @staticmethod
     def on_material_export(context: MaterialExport, material: bpy.types.Material, usd_material: "UsdShade.Material") -> bool:
-        return _guarded(material.name, lambda: export_material(context.export_texture, material, usd_material))
+        return _guarded(
+            material.name, lambda: _export_of(context.get_stage()).write(material, usd_material, context.export_texture)
+        )
 
     @staticmethod
     def on_export(context: SceneExport) -> bool:
-        from .names import separate
-
-        write = partial(export_material, _no_texture)
-        return _guarded("materials with equal names", lambda: separate(context.get_stage(), context.get_prim_map(), write))
+        return _guarded("this export", lambda: _finish(context.get_stage(), context.get_prim_map()))
 
     @staticmethod
     def material_import_poll(_context: MaterialImport, usd_material: "UsdShade.Material") -> bool:
@@ -79,62 +80,43 @@ def _guarded(name: str, function: Callable[[], bool]) -> bool:
         return False
 
 
-def export_material(
-    export_texture: Callable[[bpy.types.Image], str], material: bpy.types.Material, usd_material: "UsdShade.Material"
-) -> bool:
-    """Write both networks and the values of one of our materials; returns False where `material` is another."""
-    from ..material.read import Names, group_node, identifier, read
-
-    node = group_node(material)
-    if node is None:
-        return False
-    from . import author, materialx, preview
-
-    stage = usd_material.GetPrim().GetStage()
-    everything = read(*node, Names(lambda image: _file(stage, image, export_texture), identifier))
-    surface, unsupported = everything.supported(materialx.IMAGES[everything.group], materialx.ATTRIBUTES)
-    unsupported += [*materialx.unsupported(surface), *preview.unsupported(surface)]
-    author.write(usd_material, preview.network(surface), materialx.network(surface, millimeter(stage)))
-    author.write_custom_data(usd_material.GetPrim(), surface, unsupported)
-    for message in unsupported:
-        report.add(material.name, message)
-    return True
+_exports: dict[str, "Export"] = {}
+"""What is known of the stages that Blender writes now, by their files."""
 
 
-def millimeter(stage: "Usd.Stage") -> float:
-    """Return a millimeter in the stage's units. Blender's exporter takes its own unit for a meter, whatever the scene says."""
-    from pxr import UsdGeom
+def _export_of(stage: "Usd.Stage") -> "Export":
+    from .export import Export
 
-    scale = bpy.context.scene.unit_settings.scale_length if bpy.context.scene else 1.0
-    return 0.001 / (scale if scale > 0.0 else 1.0) / UsdGeom.GetStageMetersPerUnit(stage)
-
-
-def _file(stage: "Usd.Stage", image: bpy.types.Image, export_texture: Callable[[bpy.types.Image], str]) -> str:
-    """Write `image` and return its path in the stage. Raises UnsupportedInput where there is no file afterwards."""
-    from ..material.read import UnsupportedInput
-
-    path = export_texture(image)
-    if not path or not Path(stage.GetRootLayer().ComputeAbsolutePath(path)).is_file():
-        raise UnsupportedInput(f"the missing image {image.name}")
-    return path
+    file = stage.GetRootLayer().identifier
+    if file not in _exports or _exports[file].stage != stage:  # one whose export failed may be left
+        _exports[file] = Export(stage)
+    return _exports[file]
 
 
-def _no_texture(image: bpy.types.Image) -> str:
-    from ..material.read import UnsupportedInput
+def _finish(stage: "Usd.Stage", written: Mapping["Sdf.Path", Sequence[bpy.types.ID]]) -> bool:
+    """Separate materials of equal names, and settle the names of UV maps and attributes; returns whether there was any."""
+    from .names import separate
 
-    raise UnsupportedInput(f"the image {image.name} of a material whose name another one has in USD")
+    export = _export_of(stage)
+    try:
+        separate(stage, written, partial(export.write, export_texture=_no_texture))
+        export.finish(written)
+        return bool(export.requests)
+    finally:
+        del _exports[stage.GetRootLayer().identifier]
+
+
+def _no_texture(_image: bpy.types.Image) -> str:
+    """Return no path: Blender no longer writes images when it calls hooks with the whole stage."""
+    return ""
 
 
 def import_material(
     import_texture: Callable[[str], tuple[str, bool]], material: bpy.types.Material, usd_material: "UsdShade.Material"
 ) -> bool:
-    """Rebuild one of our materials; returns False where `usd_material` is another."""
-    from . import author
+    """Rebuild one of our materials."""
     from .restore import rebuild
 
-    surface = author.read_custom_data(usd_material)
-    if surface is None:
-        return False
-    for message in rebuild(material, surface, import_texture):
+    for message in rebuild(material, usd_material, import_texture):
         report.add(material.name, message)
     return True

@@ -1,176 +1,337 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Our groups as networks of MaterialX 1.39's physically based shading nodes.
+"""A `Surface` as a network of MaterialX 1.39's physically based shading nodes.
 
-    Rough Diffuse       oren_nayar_diffuse_bsdf
-    Subsurface          dielectric_bsdf over a mix of subsurface_bsdf and oren_nayar_diffuse_bsdf
-    Standard Specular   oren_nayar_diffuse_bsdf of roughness 0 and a microfacet lobe, added
+    surface               opacity, emission
+    fuzz                  sheen_bsdf, Zeltner's as in Cycles
+    coat                  dielectric_bsdf, over what is below times the coat's color
+    highlight             generalized_schlick_bsdf, added
+    metal                 generalized_schlick_bsdf with F82's tint, mixed by Metallic with
+    specular              dielectric_bsdf or, tinted, generalized_schlick_bsdf, over a mix of
+    transmission          dielectric_bsdf, and a mix of
+    subsurface            subsurface_bsdf, and
+    diffuse               oren_nayar_diffuse_bsdf
 
-The lobe of Standard Specular is that of the node group: GGX with alpha^2 = 2 / (n + 2), of height (n + 8) / (n + 2) k_s, times V.H,
-which generalized_schlick_bsdf has with exponent 1 from color0 to black: V.H is mu at the mirror direction.
+What a surface lacks is not there. OpenPBR's surface would say the same of the layers in one node, and readers such as Hydra Storm
+make of it the nodes above; but its diffuse reflection is EON alone, where oren_nayar_diffuse_bsdf has Lambert, equation (1) and EON
+exactly.
+
+The highlight of Standard Specular is that of the node group: GGX with alpha^2 = 2 / (n + 2), of height (n + 8) / (n + 2) k_s, times
+V.H, which generalized_schlick_bsdf has with exponent 1 from color0 to black: V.H is mu at the mirror direction.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from math import tau
 
-from ..material.surface import Attribute, GroupSurface, Image, texture_factor
-from ..models.color import LUMINANCE
+from ..material.expression import Apply, Attribute, Coordinate, Expression, ImageTexture, apply
+from ..material.expression import Constant as Value
+from ..material.surface import PARAMETERS, Loss, Surface, texture_factor
 from ..models.geometry import clamp
-from ..nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
+from .expressions import Writer, pair
+from .files import Files, Unsupported
 from .nearest import Nearest
-from .network import BOOL, COLOR, COLOR4, FILE, FLOAT, INT, STRING, TOKEN, VECTOR2, Constant, Input, Network, Output
+from .network import BOOL, COLOR, FLOAT, STRING, TOKEN, VECTOR2, Constant, Input, Network, Output
+from .terms import Term
 
 VERSION = "1.39"
-# Inputs of each group that take image textures, and inputs that take color attributes
-IMAGES = {
-    ROUGH_DIFFUSE.key: ("Color", "Roughness"),
-    SUBSURFACE.key: ("Color", "Roughness", "Subsurface", "Subsurface Radius", "Specular", "Specular Roughness"),
-    SPECULAR_GROUP.key: ("Color",),
-}
-ATTRIBUTES = ("Color", "Subsurface Radius")
+OWN_VALUE = "the socket's own value is written"
+BOUNDED = {"x", "y", "z", "luminance", "average", "combine", "multiply", "mix", "minimum", "maximum"}
+MAX_REFLECTANCE = 0.99  # at normal incidence of a dielectric
+ANISOTROPY = 0.9  # the squares' ratio of the axes of Cycles' lobes at Anisotropic 1 is 1 minus that
 
 
-def network(surface: GroupSurface, millimeter: float) -> Network:
-    """Return the network of `surface`; `millimeter` is a millimeter in the stage's units. Raises KeyError for an unknown group."""
-    builder = _Builder(surface)
-    bsdfs = {
-        ROUGH_DIFFUSE.key: builder.rough,
-        SUBSURFACE.key: lambda: builder.subsurface(millimeter),
-        SPECULAR_GROUP.key: builder.specular,
-    }
-    builder.network.add("surface", "ND_surface", TOKEN, bsdf=bsdfs[surface.group]())
-    return builder.network
+def network(surface: Surface, files: Files, millimeter: float, own: Mapping[str, Expression]) -> tuple[Network, list[Loss]]:
+    """Return the network of `surface`, and what it lacks.
+
+    `millimeter` is a millimeter in the stage's units. `own` has the sockets' own values, which stand for what MaterialX lacks.
+    """
+    builder = _Builder(surface, files, own)
+    builder.build(millimeter)
+    return builder.network, builder.losses
 
 
 class _Builder:
-    def __init__(self, surface: GroupSurface) -> None:
-        self.surface = surface
+    def __init__(self, surface: Surface, files: Files, own: Mapping[str, Expression]) -> None:
+        self.surface, self.own = surface, own
         self.network = Network("MaterialX_")
+        self.writer = Writer(self.network, files, surface.inputs.values())
+        self.losses: list[Loss] = []
 
-    def rough(self) -> Output:
-        surface = self.surface
-        nearest = Nearest(surface.choice("Model"), surface.inputs)
-        fixed = Constant(FLOAT, nearest.roughness)
-        roughness = self.number("Roughness", lambda _: nearest.roughness) if nearest.has_own_roughness else fixed
-        return self.diffuse(nearest.color, roughness, nearest.compensated)
+    def build(self, millimeter: float) -> None:
+        surface, add = self.surface, self._add
+        bsdf = self._base(millimeter)
+        if surface.uses("highlight_weight"):
+            bsdf = add("sum", "ND_add_bsdf", in1=bsdf, in2=self._highlight())
+        emission = self._emission()
+        if surface.uses("coat_weight"):
+            bsdf = self._coated(bsdf)
+        if surface.uses("fuzz_weight"):
+            fuzz = add(
+                "fuzz",
+                "ND_sheen_bsdf",
+                weight=self._unit("fuzz_weight"),
+                color=self._value("fuzz_color", lambda one: self.writer.color(unit(one))),
+                roughness=self._unit("fuzz_roughness"),
+                mode=Constant(STRING, "zeltner"),
+                **self._normal("normal"),
+            )
+            bsdf = add("fuzzy", "ND_layer_bsdf", top=fuzz, base=bsdf)
+        rest: dict[str, Input] = {"edf": emission} if emission else {}
+        if surface.uses("opacity"):
+            rest["opacity"] = self._unit("opacity")
+        if surface.is_thin_wall:
+            rest["thin_walled"] = Constant(BOOL, True)
+        add("surface", "ND_surface", bsdf=bsdf, **rest)
+        if not surface.is_multi_scattering and {"metallic", "specular_weight", "transmission_weight"} & set(surface.inputs):
+            what = "a specular lobe without multiple scattering (Distribution GGX)"
+            self.losses.append(Loss("", "", what, "one with it is written"))
 
-    def diffuse(self, color: Callable[[float], float], roughness: Input, compensated: bool) -> Output:
-        """Return Oren-Nayar's closure in the `color` made of each channel of the surface's Color."""
-        return self.network.add(
-            "diffuse",
-            "ND_oren_nayar_diffuse_bsdf",
-            TOKEN,
-            color=self.color("Color", color),
-            roughness=roughness,
-            energy_compensation=Constant(BOOL, compensated),
+    # closures
+
+    def _base(self, millimeter: float) -> Output:
+        """Return metal, glass, and specular over subsurface scattering and diffuse reflection."""
+        surface, add = self.surface, self._add
+        metallic = self._unit("metallic")
+        if not _is(metallic, 1.0):
+            bsdf = self._dielectric(millimeter)
+        if not surface.uses("metallic"):
+            return bsdf
+        metal = add(
+            "metal",
+            "ND_generalized_schlick_bsdf",
+            color0=self._value("base_color", lambda one: self.writer.color(unit(one))),
+            roughness=self._alpha("specular"),
+            **({"color82": self._value("specular_color", self.writer.color)} if surface.uses("specular_color") else {}),
+            **self._film(),
+            **self._normal("normal"),
+            **self._tangent(),
         )
+        return metal if _is(metallic, 1.0) else add("substrate", "ND_mix_bsdf", fg=metal, bg=bsdf, mix=metallic)
 
-    def subsurface(self, millimeter: float) -> Output:
-        surface, add = self.surface, self.network.add
-        scale = clamp(surface.number("Scale"), 0.0, float("inf")) * millimeter
+    def _dielectric(self, millimeter: float) -> Output:
+        surface, add = self.surface, self._add
+        transmission = self._unit("transmission_weight")
+        bsdf = self._opaque(millimeter) if not _is(transmission, 1.0) else None
+        if surface.uses("transmission_weight"):
+            glass = add(
+                "transmission",
+                "ND_dielectric_bsdf",
+                tint=self._value("base_color", lambda one: self.writer.color(apply("sqrt", unit(one)))),  # as Cycles has it
+                ior=self._value("specular_ior", self.writer.number),
+                roughness=self._alpha("specular"),
+                scatter_mode=Constant(STRING, "T"),
+                **self._normal("normal"),
+                **self._tangent(),
+            )
+            bsdf = add("inside", "ND_mix_bsdf", fg=glass, bg=bsdf, mix=transmission) if bsdf else glass
+        if not surface.uses("specular_weight"):
+            return bsdf
+        return add("glossy", "ND_layer_bsdf", top=self._specular(), base=bsdf)
+
+    def _opaque(self, millimeter: float) -> Output:
+        surface, add = self.surface, self._add
+        weight = self._unit("subsurface_weight")
+        diffuse = self._diffuse() if not _is(weight, 1.0) else None
+        if not surface.uses("subsurface_weight"):
+            return diffuse
+        radius = apply("multiply", apply("maximum", surface["subsurface_radius"], 0.0), millimeter)
         scattered = add(
             "subsurface",
             "ND_subsurface_bsdf",
-            TOKEN,
-            color=self.color("Color", _unit),
-            radius=self.color("Subsurface Radius", lambda length: scale * max(length, 0.0)),
+            color=self._value("base_color", lambda one: self.writer.color(unit(one))),
+            radius=self._value("subsurface_radius", lambda _: self.writer.color(radius)),
+            **self._given("subsurface_anisotropy", "anisotropy"),
+            **self._normal("normal"),
         )
-        base = add("base", "ND_mix_bsdf", TOKEN, fg=scattered, bg=self.rough(), mix=self.number("Subsurface", _unit))
+        return add("base", "ND_mix_bsdf", fg=scattered, bg=diffuse, mix=weight) if diffuse else scattered
+
+    def _diffuse(self) -> Output:
+        nearest = Nearest.of(self.surface)
+        if nearest.stands_in:
+            what = f"{nearest.model.label}, which MaterialX lacks,"
+            self.losses.append(Loss("", "", what, f"{nearest.stands_in} stands for it"))
+        roughness = Constant(FLOAT, nearest.roughness)
+        if nearest.has_own_roughness and self.surface.uses("diffuse_roughness"):
+            high = 1.0 if nearest.compensated else 100.0
+            roughness = self._value("diffuse_roughness", lambda one: self.writer.number(within(one, 0.0, high)))
+        return self._add(
+            "diffuse",
+            "ND_oren_nayar_diffuse_bsdf",
+            color=self._value("base_color", lambda one: self.writer.color(mapped(nearest.color, one))),
+            roughness=roughness,
+            energy_compensation=Constant(BOOL, nearest.compensated),
+            **self._normal("normal"),
+        )
+
+    def _specular(self) -> Output:
+        """Return the specular layer. A color tints its reflectance at normal incidence alone, as in Cycles."""
+        surface, add = self.surface, self._add
+        shared = {"roughness": self._alpha("specular")} | self._film() | self._normal("normal") | self._tangent()
+        mirror = mirror_reflectance(surface)
+        if not surface.uses("specular_color"):
+            ior = surface["specular_ior"] if surface["specular_weight"] == Value(1.0) else index(mirror)
+            return add(
+                "specular", "ND_dielectric_bsdf", ior=self._value("specular_weight", lambda _: self.writer.number(ior)), **shared
+            )
+        color = apply("multiply", surface["specular_color"], mirror)
+        color0 = self._value("specular_color", lambda _: self.writer.color(color))
+        return add("specular", "ND_generalized_schlick_bsdf", color0=color0, **shared)
+
+    def _coated(self, below: Output) -> Output:
+        surface, add = self.surface, self._add
+        if surface.uses("coat_color"):
+            tint = apply("mix", (1.0, 1.0, 1.0), unit(surface["coat_color"]), unit(surface["coat_weight"]))
+            color = self._value("coat_color", lambda _: self.writer.color(tint))
+            below = add("below_coat", "ND_multiply_bsdfC", in1=below, in2=color)
         coat = add(
             "coat",
             "ND_dielectric_bsdf",
-            TOKEN,
-            weight=self.number("Specular", _unit),
-            ior=Constant(FLOAT, clamp(surface.number("IOR"), 1.0, 3.0)),
-            roughness=self.alpha("Specular Roughness"),
+            weight=self._unit("coat_weight"),
+            ior=self._value("coat_ior", lambda one: self.writer.number(within(one, 1.0, 100.0))),
+            roughness=self._alpha("coat"),
+            **self._normal("coat_normal"),
         )
-        return add("layers", "ND_layer_bsdf", TOKEN, top=coat, base=base)
+        return add("layers", "ND_layer_bsdf", top=coat, base=below)
 
-    def specular(self) -> Output:
+    def _highlight(self) -> Output:
         height, alpha = highlight(self.surface)
-        diffuse = self.diffuse(_unit, Constant(FLOAT, 0.0), False)
-        lobe = self.network.add(
+        roughness = self._value("highlight_exponent", lambda _: pair(*(self.writer.number(alpha),) * 2))
+        return self._add(
             "highlight",
             "ND_generalized_schlick_bsdf",
-            TOKEN,
-            color0=Constant(COLOR, (height,) * 3),
+            color0=self._value("highlight_weight", lambda _: self.writer.color(height)),
             color90=Constant(COLOR, (0.0,) * 3),
             exponent=Constant(FLOAT, 1.0),
-            roughness=Constant(VECTOR2, (alpha, alpha)),
-        )
-        return self.network.add("sum", "ND_add_bsdf", TOKEN, in1=diffuse, in2=lobe)
-
-    def color(self, socket: str, function: Callable[[float], float]) -> Input:
-        """Return `function` of each channel of a color or vector input; of an image or attribute, times `texture_factor`."""
-        source = self.surface.linked.get(socket)
-        if source is None:
-            red, green, blue = map(function, self.surface.rgb(socket))
-            return Constant(COLOR, (red, green, blue))
-        name = socket.replace(" ", "_")
-        value = self.image(name, source) if isinstance(source, Image) else self.attribute(name, source)
-        return self.scaled(name, value, source.factor * texture_factor(function))
-
-    def number(self, socket: str, function: Callable[[float], float]) -> Input:
-        """Return `function` of a number input, or the luminance of an image linked to it."""
-        source = self.surface.linked.get(socket)
-        if not isinstance(source, Image):
-            return Constant(FLOAT, function(self.surface.number(socket)))
-        name = socket.replace(" ", "_")
-        weights = Constant(COLOR, LUMINANCE)
-        gray = self.network.add(
-            f"{name}_gray", "ND_luminance_color3", COLOR, lumacoeffs=weights, **{"in": self.image(name, source)}
-        )
-        value = self.network.add(name, "ND_extract_color3", FLOAT, index=Constant(INT, 0), **{"in": gray})
-        return self.scaled(name, value, source.factor)
-
-    def alpha(self, socket: str) -> Input:
-        """Return alpha of a microfacet lobe along both axes, the square of the roughness."""
-        roughness = self.number(socket, _unit)
-        if isinstance(roughness, Constant):
-            alpha = _unit(self.surface.number(socket)) ** 2
-            return Constant(VECTOR2, (alpha, alpha))
-        return self.network.add("alpha", "ND_roughness_anisotropy", VECTOR2, roughness=roughness)
-
-    def image(self, name: str, image: Image) -> Output:
-        coordinate = self.network.add(
-            f"{name}_coordinate", "ND_geompropvalue_vector2", VECTOR2, geomprop=Constant(STRING, image.primvar)
-        )
-        wrap = Constant(STRING, "constant" if image.wrap == "black" else image.wrap)
-        return self.network.add(
-            f"{name}_image",
-            "ND_image_color3",
-            COLOR,
-            file=Constant(FILE, image.file, "srgb_texture" if image.is_color else "lin_rec709"),
-            texcoord=coordinate,
-            uaddressmode=wrap,
-            vaddressmode=wrap,
+            roughness=roughness,
+            **self._normal("normal"),
         )
 
-    def attribute(self, name: str, attribute: Attribute) -> Output:
-        value = self.network.add(
-            f"{name}_attribute", "ND_geompropvalue_color4", COLOR4, geomprop=Constant(STRING, attribute.primvar)
-        )
-        return self.network.add(f"{name}_rgb", "ND_convert_color4_color3", COLOR, **{"in": value})
+    def _emission(self) -> Output | None:
+        surface = self.surface
+        if not surface.uses("emission_strength"):
+            return None
+        color = apply("multiply", surface["emission_color"], surface["emission_strength"])
+        if surface.uses("coat_weight") and surface.uses("coat_color"):
+            color = apply("multiply", color, apply("mix", (1.0, 1.0, 1.0), surface["coat_color"], surface["coat_weight"]))
+        return self._add("emission", "ND_uniform_edf", color=self._value("emission_color", lambda _: self.writer.color(color)))
 
-    def scaled(self, name: str, value: Output, factor: float) -> Output:
-        if factor == 1.0:
-            return value
-        identifier = "ND_multiply_color3FA" if value.type == COLOR else "ND_multiply_float"
-        return self.network.add(f"{name}_factor", identifier, value.type, in1=value, in2=Constant(FLOAT, factor))
+    # inputs
+
+    def _add(self, name: str, identifier: str, **inputs: Input) -> Output:
+        return self.network.add(name, identifier, TOKEN, **inputs)
+
+    def _value(self, parameter: str, write: Callable[[Expression], Term]) -> Input:
+        """Return what `write` makes of a parameter, or what it makes of its own value where MaterialX lacks the expression."""
+        try:
+            return write(self.surface[parameter]).value
+        except Unsupported as problem:
+            loss = Loss(parameter, problem.node, problem.what, OWN_VALUE)
+            if loss not in self.losses:
+                self.losses.append(loss)
+        return write(self.own.get(parameter, Value(PARAMETERS[parameter]))).value
+
+    def _unit(self, parameter: str) -> Input:
+        return self._value(parameter, lambda one: self.writer.number(unit(one)))
+
+    def _given(self, parameter: str, name: str) -> dict[str, Input]:
+        return {name: self._value(parameter, self.writer.number)} if self.surface.uses(parameter) else {}
+
+    def _normal(self, parameter: str) -> dict[str, Input]:
+        """Return the input of a closure for its normal; none where that is the surface's own."""
+        if not self.surface.uses(parameter):
+            return {}
+        try:
+            return {"normal": self.writer.vector(self.surface[parameter]).value}
+        except Unsupported as problem:
+            loss = Loss(parameter, problem.node, problem.what, "the surface's own normal is written")
+            if loss not in self.losses:
+                self.losses.append(loss)
+            return {}
+
+    def _film(self) -> dict[str, Input]:
+        if not self.surface.uses("thin_film_thickness"):
+            return {}
+        return self._given("thin_film_thickness", "thinfilm_thickness") | {
+            "thinfilm_ior": self._value("thin_film_ior", self.writer.number)
+        }
+
+    def _alpha(self, layer: str) -> Input:
+        """Return alpha of a microfacet lobe along both axes, the square of the roughness where they are equal."""
+        roughness = f"{layer}_roughness"
+        if layer == "specular" and self.surface.uses("specular_anisotropy"):
+            anisotropy = apply("multiply", unit(self.surface["specular_anisotropy"]), ANISOTROPY)
+            inputs = {"anisotropy": self._value("specular_anisotropy", lambda _: self.writer.number(anisotropy))}
+            return self.network.add("alpha", "ND_roughness_anisotropy", VECTOR2, roughness=self._unit(roughness), **inputs)
+        value = self._unit(roughness)
+        if isinstance(value, Constant):
+            return Constant(VECTOR2, (value.value**2, value.value**2))
+        return self.network.add("alpha", "ND_roughness_anisotropy", VECTOR2, roughness=value)
+
+    def _tangent(self) -> dict[str, Input]:
+        """Return the input of a closure for its tangent; none where it is the mesh's, or counts for nothing."""
+        surface = self.surface
+        if not surface.uses("specular_anisotropy") or not {"tangent", "specular_rotation"} & set(surface.inputs):
+            return {}
+        tangent = surface["tangent"] if surface.uses("tangent") else Coordinate("tangent")
+        if surface.uses("specular_rotation"):
+            normal = surface["normal"] if surface.uses("normal") else Coordinate("normal")
+            tangent = apply("rotate_about", tangent, normal, apply("multiply", surface["specular_rotation"], tau))
+        return {"tangent": self._value("tangent", lambda _: self.writer.vector(tangent))}
 
 
-def _unit(value: float) -> float:
-    return clamp(value, 0.0, 1.0)
+def mirror_reflectance(surface: Surface) -> Expression:
+    """Return the specular layer's reflectance at normal incidence, before its color."""
+    ior = surface["specular_ior"]
+    root = apply("divide", apply("subtract", ior, 1.0), apply("add", ior, 1.0))
+    scaled = apply("multiply", apply("multiply", root, root), surface["specular_weight"])
+    return apply("clamp", scaled, 0.0, MAX_REFLECTANCE)
 
 
-def highlight(surface: GroupSurface) -> tuple[float, float]:
+def index(reflectance: Expression) -> Expression:
+    """Return the index of refraction of a dielectric with a reflectance at normal incidence."""
+    root = apply("sqrt", reflectance)
+    return apply("divide", apply("add", root, 1.0), apply("subtract", 1.0, root))
+
+
+def highlight(surface: Surface) -> tuple[Expression, Expression]:
     """Return the height and alpha of Standard Specular's lobe."""
-    exponent = clamp(surface.number("Exponent"), 0.0, 10000.0)
-    height = _unit(surface.number("Specular")) * (exponent + 8.0) / (exponent + 2.0)
-    return height, (2.0 / (exponent + 2.0)) ** 0.5
+    exponent = within(surface["highlight_exponent"], 0.0, 10000.0)
+    below = apply("add", exponent, 2.0)
+    height = apply("divide", apply("multiply", unit(surface["highlight_weight"]), apply("add", exponent, 8.0)), below)
+    return height, apply("sqrt", apply("divide", 2.0, below))
 
 
-def unsupported(surface: GroupSurface) -> list[str]:
-    """Return a message where MaterialX does not have the surface's reflectance model."""
-    if surface.group == SPECULAR_GROUP.key:
-        return []
-    nearest = Nearest(surface.choice("Model"), surface.inputs)
-    return [f"{nearest.model.label} is no model of MaterialX: {nearest.stands_in} stands for it"] if nearest.stands_in else []
+def unit(expression: Expression) -> Expression:
+    """Return an expression within [0, 1]."""
+    return expression if is_unit(expression) else apply("clamp", expression, 0.0, 1.0)
+
+
+def is_unit(expression: Expression) -> bool:
+    """Return whether an expression is known to be within [0, 1]."""
+    if isinstance(expression, ImageTexture):
+        return not expression.image.is_float and expression.interpolation != "Cubic"
+    if isinstance(expression, Attribute):
+        return True
+    if isinstance(expression, Value):
+        values = expression.value if isinstance(expression.value, tuple) else (expression.value,)
+        return all(0.0 <= value <= 1.0 for value in values)
+    return isinstance(expression, Apply) and expression.operation in BOUNDED and all(map(is_unit, expression.arguments))
+
+
+def within(expression: Expression, low: float, high: float) -> Expression:
+    """Return a number within [low, high]; one that is an image's is within [0, 1]."""
+    if isinstance(expression, Value):
+        return apply("clamp", expression, low, high)
+    return expression if low <= 0.0 and high >= 1.0 and is_unit(expression) else apply("clamp", expression, low, high)
+
+
+def mapped(function: Callable[[float], float], color: Expression) -> Expression:
+    """Return `function` of each channel of a color; of one that varies, the color times `texture_factor`."""
+    if isinstance(color, Value):
+        channels = color.value if isinstance(color.value, tuple) else (color.value,) * 3
+        red, green, blue = (function(clamp(channel, 0.0, 1.0)) for channel in channels)
+        return Value((red, green, blue))
+    return apply("multiply", unit(color), texture_factor(function))
+
+
+def _is(value: Input, number: float) -> bool:
+    return isinstance(value, Constant) and value.value == number

@@ -13,7 +13,8 @@ import bpy
 from pxr import Sdf, Usd, UsdShade
 
 from ..blender import report
-from ..material.read import group_node, identifier
+from .export import shown
+from .primvars import spellings
 
 type Written = Mapping[Sdf.Path, Sequence[bpy.types.ID]]
 """The data-blocks that Blender wrote, by prim."""
@@ -25,7 +26,7 @@ def separate(stage: Usd.Stage, written: Written, write: Write) -> bool:
     """Give those of our materials that were not written prims of their own, and bind their meshes to them; returns whether any."""
     separated: dict[bpy.types.Material, UsdShade.Material] = {}
     for path, item, material, holder, taken in _collisions(written):
-        if len(_materials(item)) > 1 or group_node(material) is None:
+        if len(_materials(item)) > 1 or shown(material) is None:
             report.add(material.name, f"has the same name as {holder.name} in USD, and is replaced by it on {item.name}")
             continue
         if material not in separated:
@@ -44,8 +45,10 @@ def _collisions(
     for path, items in written.items():
         for item in items:
             for material in _materials(item) if isinstance(item, bpy.types.Object) else ():
-                if material not in holders and identifier(material.name) in by_name:
-                    yield path, item, material, *by_name[identifier(material.name)]
+                if material not in holders:
+                    name = next((name for name in spellings(material.name) if name in by_name), None)
+                    if name:
+                        yield path, item, material, *by_name[name]
 
 
 def _materials(item: bpy.types.Object) -> list[bpy.types.Material]:

@@ -8,6 +8,8 @@ says, with the color that gives it the model's average albedo, so both reflect a
 from collections.abc import Mapping
 from typing import Any
 
+from ..material.expression import Constant
+from ..material.surface import Surface
 from ..models import MODELS, by_label
 from ..models.eon import Eon
 from ..models.geometry import clamp
@@ -16,6 +18,10 @@ from ..models.registry import ReflectanceModel
 
 COMPENSATED = {"lambert": False, "oren_nayar": False, "eon": True}
 """The energy_compensation of the models that the closure has, by id."""
+
+
+USUAL = {"Roughness": "diffuse_roughness", "IOR": "diffuse_ior"}
+"""The surface's parameters by the names of the models'."""
 
 
 class Nearest:
@@ -31,6 +37,15 @@ class Nearest:
         fixed = self.model.materialx.roughness
         self.has_own_roughness = fixed is None
         self.roughness = clamp(float(inputs["Roughness"]) if fixed is None else fixed, 0.0, 1.0 if self.compensated else 100.0)
+
+    @classmethod
+    def of(cls, surface: Surface) -> "Nearest":
+        """Return the closure for a surface; where a parameter of its model varies, for its usual value."""
+        parameter = surface.reflectance.parameter
+        usual = parameter.usual if parameter else 0.0
+        values = {name: surface[own] for name, own in USUAL.items()}
+        numbers = {name: one.value if isinstance(one, Constant) else usual for name, one in values.items()}
+        return cls(surface.reflectance.label, numbers)
 
     @property
     def stands_in(self) -> str:

@@ -24,16 +24,28 @@ class Constant(NamedTuple):
     color_space: str = ""
 
 
-type Input = Output | Constant
+class Primvar(NamedTuple):
+    """The name of a UV map or color attribute, as Blender has it; its name in USD depends on the mesh (primvars.py).
+
+    Without a `name` it is the UV map that renders, or the active color attribute.
+    """
+
+    name: str
+    kind: str
+    """uv, color or value; a value is any other attribute."""
+    type: str = STRING
+
+
+type Input = Output | Constant | Primvar
 
 
 @dataclass(frozen=True)
 class Shader:
-    """A node: its identifier in USD's shader registry, its inputs by name, and its only output."""
+    """A node: its identifier in USD's shader registry, its inputs by name, and the types of its outputs by name."""
 
     identifier: str
     inputs: dict[str, Input]
-    output: Output
+    outputs: dict[str, str]
 
 
 @dataclass
@@ -44,11 +56,21 @@ class Network:
     shaders: dict[str, Shader] = field(default_factory=dict)
 
     def add(self, name: str, identifier: str, kind: str, output: str = "out", **inputs: Input) -> Output:
-        """Add a shader whose `output` is of type `kind`, and return that output."""
-        name = f"{self.prefix}{name}"
-        self.shaders[name] = Shader(identifier, inputs, Output(name, output, kind))
-        return self.shaders[name].output
+        """Add a shader whose `output` is of type `kind`, and return that output. A name that is taken gets a number."""
+        free, count = f"{self.prefix}{name}", 2
+        while free in self.shaders:
+            free, count = f"{self.prefix}{name}_{count}", count + 1
+        self.shaders[free] = Shader(identifier, inputs, {output: kind})
+        return Output(free, output, kind)
+
+    def output(self, of: Output, name: str, kind: str) -> Output:
+        """Return another output of the shader that `of` belongs to."""
+        self.shaders[of.shader].outputs[name] = kind
+        return Output(of.shader, name, kind)
 
     @property
     def surface(self) -> Output:
-        return list(self.shaders.values())[-1].output
+        """The output of the surface."""
+        name, shader = list(self.shaders.items())[-1]
+        output, kind = next(iter(shader.outputs.items()))
+        return Output(name, output, kind)

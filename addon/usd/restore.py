@@ -1,90 +1,110 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Builds a True Diffuse material from the surface in the custom data of a USD material."""
+"""Builds a material's nodes again from what a USD material keeps of them. Needs pxr."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import bpy
 
-from ..material.materials import add_group, set_thickness, show
-from ..material.read import DEFAULT_UV, WRAPS
-from ..material.surface import Attribute, GroupSurface, Image, Setting, Source
-from ..material.upgrade import current_name, current_value
-from ..nodes import GROUPS
+from pxr import UsdShade
 
-EXTENSIONS = {wrap: extension for extension, wrap in WRAPS.items()}
+from ..material.node_record import rebuild as rebuild_nodes
+from . import author, version_0_1_0
 
 type Find = Callable[[str], tuple[str, bool]]
 """Returns the path on disk of a file that USD refers to, and whether that is temporary."""
 
+RENDER_METHOD = "surface_render_method"
+NAMES = {"uv": ("uv_map",), "color": ("layer_name",)}  # of nodes' properties by what they name
 
-def rebuild(material: bpy.types.Material, surface: GroupSurface, find: Find) -> list[str]:
-    """Make `surface` the only surface of `material`; returns messages about what could not be restored."""
-    group = next((group for group in GROUPS if group.key == surface.group), None)
-    if group is None:
-        return [f"the group {surface.group} is unknown, the material is as USD has it"]
-    tree = material.node_tree
-    tree.nodes.clear()
-    node = add_group(tree, group)
-    inputs = {current_name(name): value for name, value in surface.inputs.items()}
-    problems = [problem for name, value in inputs.items() if (problem := _set(node, name, current_value(name, value)))]
-    for name, source in surface.linked.items():
-        if current_name(name) in node.inputs:
-            problems += _link(node.inputs[current_name(name)], source, find)
-    show(material, node)
-    set_thickness(material)
+
+def rebuild(material: bpy.types.Material, usd_material: UsdShade.Material, find: Find) -> list[str]:
+    """Make the nodes of `material` those that `usd_material` keeps; returns messages about what could not be restored.
+
+    Raises KeyError, TypeError or ValueError where what it keeps has another form.
+    """
+    kept = author.read_nodes(usd_material)
+    if kept is None:
+        return version_0_1_0.rebuild(material, version_0_1_0.read(usd_material), find)
+    nodes, files, names = kept
+    spaces = {value["image"]: value for node in _nodes(nodes) for value in node.get("properties", {}).values() if _is_image(value)}
+    loaded: dict[str, bpy.types.Image | None] = {}
+
+    def find_image(name: str) -> bpy.types.Image | None:
+        if name not in loaded:
+            loaded[name] = _load(files.get(name, ""), spaces.get(name, {}), find)
+        return loaded[name]
+
+    for node in _nodes(nodes):
+        _rename(node.get("properties", {}), names)
+    settings = nodes.pop("material", {})
+    problems = rebuild_nodes(material.node_tree, nodes, find_image)
+    for name, value in settings.items():
+        try:
+            if name != RENDER_METHOD:
+                setattr(material, name, value)
+            elif value != material.surface_render_method:
+                _set_later(material.name, value)
+        except (AttributeError, TypeError, ValueError):
+            problems.append(f"{name.replace('_', ' ')}: {value!r} is not a valid value")
     return problems
 
 
-def _set(node: bpy.types.Node, name: str, value: Setting) -> str:
-    """Set a socket; returns why that failed, else an empty text."""
-    if name not in node.inputs:
-        return f"{name}: the group has no such input"
-    try:
-        node.inputs[name].default_value = value
-    except (TypeError, ValueError):
-        return f"{name}: {value!r} is not a valid value"
-    return ""
+def _set_later(material: str, render_method: str) -> None:
+    """Set the Render Method when the import is done: Blender crashes where a hook sets it."""
+
+    def update(*_: object) -> None:
+        bpy.app.handlers.depsgraph_update_post.remove(update)
+        if found := bpy.data.materials.get(material):
+            found.surface_render_method = render_method
+
+    bpy.app.handlers.depsgraph_update_post.append(update)
 
 
-def _link(socket: bpy.types.NodeSocket, source: Source, find: Find) -> list[str]:
-    """Link new nodes for `source` to `socket`; returns messages about what is missing."""
-    tree, x, y = socket.id_data, -300.0, -120.0 * list(socket.node.inputs).index(socket)
-    problems = []
-    if isinstance(source, Attribute):
-        node = tree.nodes.new("ShaderNodeAttribute")
-        node.attribute_name = source.primvar
+def _nodes(record: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield the nodes of a record, those in groups included."""
+    for node in record["nodes"]:
+        yield node
+        if "tree" in node:
+            yield from _nodes(node["tree"])
+
+
+def _rename(properties: dict[str, Any], names: Mapping[str, Mapping[str, str]]) -> None:
+    """Give a node the names that UV maps and attributes have in the stage, and so in the imported mesh."""
+    for kind, keys in NAMES.items():
+        for key in keys:
+            if key in properties:
+                properties[key] = names[kind].get(properties[key], properties[key])
+    if "attribute_name" in properties:
+        every = {**names["uv"], **names["color"]}
+        properties["attribute_name"] = every.get(properties["attribute_name"], properties["attribute_name"])
+
+
+def _is_image(value: object) -> bool:
+    return isinstance(value, dict) and "image" in value
+
+
+def _load(file: str, settings: Mapping[str, Any], find: Find) -> bpy.types.Image | None:
+    """Return the image in `file`; None where that is missing."""
+    path, is_temporary = find(file) if file else ("", False)
+    if "<UDIM>" in path:
+        tiles = sorted(Path(path).parent.glob(Path(path).name.replace("<UDIM>", "[0-9][0-9][0-9][0-9]")))
+        if not tiles:
+            return None
+        image = bpy.data.images.load(str(tiles[0]), check_existing=not is_temporary)
+        image.source = "TILED"
+    elif Path(path).is_file():
+        image = bpy.data.images.load(path, check_existing=not is_temporary)
+        if is_temporary:
+            image.pack()
     else:
-        node = tree.nodes.new("ShaderNodeTexImage")
-        if source.wrap in EXTENSIONS:
-            node.extension = EXTENSIONS[source.wrap]
-        else:
-            problems.append(f"{socket.name}: the wrap mode {source.wrap!r} is unknown, the image is repeated")
-        problems += _load(node, source, find)
-        if source.primvar != DEFAULT_UV:
-            uv = tree.nodes.new("ShaderNodeUVMap")
-            uv.uv_map, uv.location = source.primvar, (x - 600.0, y)
-            tree.links.new(uv.outputs["UV"], node.inputs["Vector"])
-    node.location = (x - 300.0, y)
-    color = node.outputs["Color"]
-    if source.factor != 1.0:
-        scale = tree.nodes.new("ShaderNodeVectorMath")
-        scale.operation, scale.location = "SCALE", (x, y)
-        scale.inputs["Scale"].default_value = source.factor
-        tree.links.new(color, scale.inputs["Vector"])
-        color = scale.outputs["Vector"]
-    tree.links.new(color, socket)
-    return problems
-
-
-def _load(node: bpy.types.Node, source: Image, find: Find) -> list[str]:
-    """Load the image of `source` into an image node; returns a message where its file is missing."""
-    path, is_temporary = find(source.file) if source.file else ("", False)
-    if not Path(path).is_file():
-        return [f"the image {source.file or 'of a socket'} is missing"]
-    image = bpy.data.images.load(path, check_existing=not is_temporary)
-    if is_temporary:
-        image.pack()
-    image.colorspace_settings.name = "sRGB" if source.is_color else "Non-Color"
-    node.image = image
-    return []
+        return None
+    space = settings.get("color_space", image.colorspace_settings.name)
+    if space != image.colorspace_settings.name and space in image.colorspace_settings.bl_rna.properties["name"].enum_items:
+        if image.users:  # another material has it in another color space
+            image = image.copy()
+        image.colorspace_settings.name = space
+    if "alpha" in settings:
+        image.alpha_mode = settings["alpha"]
+    return image

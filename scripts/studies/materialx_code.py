@@ -35,12 +35,15 @@ out VertexData {block} vd;
 void main()
 {{
     gl_Position = vec4(pixel, 0.0, 1.0);
-    vd.normalWorld = normal;
-    vd.positionWorld = -viewer;
-    {tangent}
+    {fields}
 }}
 """
-TANGENT = "vd.tangentWorld = normalize(cross(normal, normal.yzx + vec3(0.0, 0.0, 2.0)));"
+# What it sets, where the block has it
+FIELDS = {
+    "normalWorld": "vd.normalWorld = normal;",
+    "positionWorld": "vd.positionWorld = -viewer;",
+    "tangentWorld": "vd.tangentWorld = normalize(cross(normal, normal.yzx + vec3(0.0, 0.0, 2.0)));",
+}
 
 
 def library() -> mx.Document:
@@ -117,12 +120,13 @@ def generate(network: mx.Document, target: str) -> mx_gen.Shader:
 def evaluate(pixel_shader: str, light: Vector, rows: Sequence[tuple[Vector, Vector]]) -> list[Vector]:
     """Return the radiance [W/(m^2 sr)] that generated GLSL gives for each (N, V) of `rows` under a light of 1 W/m^2 from `light`.
 
-    The number of rows is a multiple of WIDTH. Raises moderngl.Error where there is no driver or the shader does not compile.
+    The viewer is at the origin, the shaded point at -V. The number of rows is a multiple of WIDTH. Raises moderngl.Error where there
+    is no driver or the shader does not compile.
     """
     context = moderngl.create_context(standalone=True, **DRIVER)
     block = pixel_shader.split("in VertexData", 1)[1].split("vd;", 1)[0]
-    tangent = TANGENT if "tangentWorld" in block else ""
-    program = context.program(vertex_shader=VERTEX.format(block=block, tangent=tangent), fragment_shader=pixel_shader)
+    fields = "\n    ".join(line for field, line in FIELDS.items() if field in block)
+    program = context.program(vertex_shader=VERTEX.format(block=block, fields=fields), fragment_shader=pixel_shader)
     values = {
         "u_numActiveLightSources": 1,
         "u_lightData[0].type": 1,
@@ -132,7 +136,8 @@ def evaluate(pixel_shader: str, light: Vector, rows: Sequence[tuple[Vector, Vect
         "u_envLightIntensity": 0.0,
     }
     for name, value in values.items():
-        program[name] = value
+        if name in program:
+            program[name] = value
     height = len(rows) // WIDTH
     points = array("f")
     for index, (normal, viewer) in enumerate(rows):
@@ -141,7 +146,11 @@ def evaluate(pixel_shader: str, light: Vector, rows: Sequence[tuple[Vector, Vect
     target = context.framebuffer(color_attachments=[context.renderbuffer((WIDTH, height), 4, dtype="f4")])
     target.use()
     target.clear()
-    vertices = context.vertex_array(program, [(context.buffer(points), "2f 3f 3f", "pixel", "normal", "viewer")])
+    names = [name for name in ("pixel", "normal", "viewer") if name in program]
+    layout = " ".join(
+        {"pixel": "2f", "normal": "3f", "viewer": "3f"}[name] if name in names else "3x4" for name in ("pixel", "normal", "viewer")
+    )
+    vertices = context.vertex_array(program, [(context.buffer(points), layout, *names)])
     vertices.render(moderngl.POINTS)
     colors = array("f")
     colors.frombytes(target.read(components=3, dtype="f4"))

@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Writes materials that hold a group of True Diffuse while Blender exports a stage. Needs pxr."""
+
+import filecmp
+import shutil
+from array import array
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+
+import bpy
+
+from pxr import Sdf, Usd, UsdGeom, UsdShade
+
+from ..blender import fcurves, report
+from ..material import node_record
+from ..material.expression import Attribute, Constant, Expression, walk
+from ..material.links import Place, upstream
+from ..material.read import Reading, read_surface
+from ..material.read_nodes import NodeReader, UnsupportedInput
+from ..material.surface import Loss
+from ..nodes import GROUPS
+from ..nodes.graph import key_and_version
+from . import author, color_spaces, materialx, preview, primvars
+from .files import Files, ImageFile
+from .network import Primvar
+
+type ExportTexture = Callable[[bpy.types.Image], str]
+
+KEYS = {group.key for group in GROUPS}
+TARGETS = ("ALL", "EEVEE", "CYCLES")
+VIEWPORT_SHADER = "previewShader"  # what Blender writes instead of a UsdPreviewSurface where that is not asked for
+OCCLUSION_GROUPS = ("glTF Material Output", "glTF Settings")  # of Blender's glTF importer
+MATERIAL_SETTINGS = ("surface_render_method", "use_backface_culling", "use_transparency_overlap", "displacement_method")
+OPAQUE = 0.999
+
+
+@dataclass
+class Export:
+    """What is known of one stage while Blender writes it."""
+
+    stage: Usd.Stage
+    requests: dict[Sdf.Path, dict[Sdf.Path, Primvar]] = field(default_factory=dict)
+    messages: dict[Sdf.Path, tuple[str, list[str]]] = field(default_factory=dict)
+    """For each material its name in Blender, and what the networks lack."""
+    files: dict[str, ImageFile] = field(default_factory=dict)
+    """By full name of the image in Blender."""
+    paths: dict[str, str] = field(default_factory=dict)
+    """In the stage, by full name of the image."""
+
+    def write(self, material: bpy.types.Material, usd_material: UsdShade.Material, export_texture: ExportTexture) -> bool:
+        """Write both networks and the nodes of a material; returns False where it holds no group of True Diffuse."""
+        target = shown(material)
+        if target is None:
+            return False
+        stage, path = self.stage, usd_material.GetPath()
+        reading = read_surface(material, unit=scale_length(), target=target)
+        losses = [*reading.losses, *animated(material)]
+        occlusion = _occlusion(material, reading)
+        files = self._files(reading, material, export_texture, losses)
+        own = {name: expression for name, place in reading.places.items() if (expression := _own(place))}
+        made, lacking = materialx.network(reading.surface, files, millimeter(stage), own)
+        losses += lacking
+        simple = None
+        if not usd_material.GetPrim().GetChild(VIEWPORT_SHADER):
+            simple, lacking = preview.network(reading.surface, files, own, occlusion)
+            losses += [loss for loss in lacking if loss not in losses]
+        self.requests[path] = author.write(usd_material, simple, made)
+        nodes = node_record.record(material.node_tree)
+        nodes["material"] = {name: getattr(material, name) for name in MATERIAL_SETTINGS}
+        images = {name: self._path(name, export_texture) for name in node_record.image_names(nodes)}
+        author.write_nodes(usd_material, reading.surface, nodes, {name: path for name, path in images.items() if path})
+        self.messages[path] = material.name, [str(loss) for loss in dict.fromkeys(losses)]
+        return True
+
+    def finish(self, written: primvars.Written) -> None:
+        """Give UV maps and attributes the names that they have in the stage, and report what the materials lack."""
+        for path, (names, losses) in primvars.settle(self.stage, written, self.requests).items():
+            material, messages = self.messages[path]
+            messages += map(str, losses)
+            author.write_names(self.stage.GetPrimAtPath(path), names, messages)
+            for message in messages:
+                report.add(material, message)
+
+    # images
+
+    def _files(self, reading: Reading, material: bpy.types.Material, export_texture: ExportTexture, losses: list[Loss]) -> Files:
+        files = Files(attributes=_attribute_types(reading.surface.inputs.values(), material))
+        for name, image in reading.images.items():
+            path = self._path(name, export_texture)
+            if not path:
+                continue
+            if name not in self.files:
+                space, is_known = (color_spaces.DATA, True)
+                if not image.colorspace_settings.is_data:
+                    space, is_known = color_spaces.name(image.colorspace_settings.name)
+                self.files[name] = ImageFile(path, space, *_channels(image), is_known=is_known)
+            files[name] = self.files[name]
+            if not files[name].is_known:
+                what = f"the color space {image.colorspace_settings.name} of the image {image.name}"
+                losses.append(Loss("", "", what, f"{files[name].color_space} is written"))
+        return files
+
+    def _path(self, name: str, export_texture: ExportTexture) -> str:
+        """Write the image of a full name and return its path in the stage; empty where there is no file afterwards."""
+        if name in self.paths:
+            return self.paths[name]
+        image = next((image for image in bpy.data.images if image.name_full == name), None)
+        path = export_texture(image) if image else ""
+        file = Path(self.stage.GetRootLayer().ComputeAbsolutePath(path)) if path else Path()
+        if not path or not _exists(file):
+            path = ""
+        elif image.source in ("FILE", "GENERATED") and not self._is_own(image, file):
+            path = self._separated(image, path, file)
+        self.paths[name] = path
+        return path
+
+    def _is_own(self, image: bpy.types.Image, file: Path) -> bool:
+        """Return whether a file has an image's content rather than that of another image of the same file name."""
+        source = _source(image)
+        if source is not None:
+            return _equal(source, file)
+        return not any(Path(self.stage.GetRootLayer().ComputeAbsolutePath(path)) == file for path in self.paths.values() if path)
+
+    def _separated(self, image: bpy.types.Image, path: str, file: Path) -> str:
+        """Write an image beside `file`, which is another's, and return its path in the stage."""
+        for number in count(1):
+            free = file.with_name(f"{file.stem}_{number:03}{file.suffix}")
+            source = _source(image)
+            if not free.exists():
+                if isinstance(source, bytes):
+                    free.write_bytes(source)
+                elif source is not None:
+                    shutil.copyfile(source, free)
+                else:
+                    image.save(filepath=str(free), save_copy=True)
+            elif source is None or not _equal(source, free):
+                continue
+            return path.removesuffix(file.name) + free.name
+        raise AssertionError("numbers do not end")
+
+
+def shown(material: bpy.types.Material) -> str | None:
+    """Return the target at whose output a group of True Diffuse is, directly or behind other nodes; None where there is none."""
+    tree = material.node_tree
+    if tree is None:
+        return None
+    for target in TARGETS:
+        output = tree.get_output_node(target)
+        if output and any(
+            key_and_version(one.node)[0] in KEYS and not one.node.mute for one in upstream(Place(output.inputs["Surface"]))
+        ):
+            return target
+    return None
+
+
+def scale_length() -> float:
+    """Return the scene's unit in meters."""
+    scale = bpy.context.scene.unit_settings.scale_length if bpy.context.scene else 1.0
+    return scale if scale > 0.0 else 1.0
+
+
+def millimeter(stage: Usd.Stage) -> float:
+    """Return a millimeter in the stage's units. Blender's exporter takes its own unit for a meter, whatever the scene says."""
+    return 0.001 / scale_length() / UsdGeom.GetStageMetersPerUnit(stage)
+
+
+def animated(material: bpy.types.Material) -> list[Loss]:
+    """Return what of a material's nodes is keyed or driven: networks have the values of this frame."""
+    tree = material.node_tree
+    curves = fcurves.curves(tree)
+    nodes = (node for node in tree.nodes if curves and fcurves.of_node(tree, node))
+    return [Loss("", node.label or node.name, "a value that changes over time", "that of this frame is written") for node in nodes]
+
+
+def _occlusion(material: bpy.types.Material, reading: Reading) -> Expression | None:
+    """Return what is linked to the occlusion of the group that Blender's glTF importer makes for it."""
+    for node in material.node_tree.nodes:
+        if node.type == "GROUP" and node.node_tree and node.node_tree.name.partition(".")[0] in OCCLUSION_GROUPS:
+            socket = node.inputs.get("Occlusion")
+            if socket and socket.is_linked:
+                reader = NodeReader()
+                try:
+                    expression = reader.expression(Place(socket))
+                except UnsupportedInput:
+                    return None
+                reading.images.update(reader.images)
+                return expression
+    return None
+
+
+def _own(place: Place) -> Expression | None:
+    """Return the own value of an input."""
+    value = getattr(place.socket, "default_value", None)
+    if value is None or isinstance(value, str):
+        return None
+    return Constant(tuple(value)[:3] if hasattr(value, "__len__") else float(value))
+
+
+def _attribute_types(inputs: Iterable[Expression], material: bpy.types.Material) -> dict[str, str]:
+    """Return the data types of the attributes that `inputs` name, on the first mesh with the material that has them."""
+    names = {one.name for expression in inputs for one in walk(expression) if isinstance(one, Attribute) and one.name}
+    types: dict[str, str] = {}
+    for mesh in bpy.data.meshes if names else ():
+        if material in mesh.materials[:]:
+            for name in names - set(types):
+                if name in mesh.attributes:
+                    types[name] = mesh.attributes[name].data_type
+    return types
+
+
+def _channels(image: bpy.types.Image) -> tuple[bool, bool]:
+    """Return whether an image's alpha is 1 everywhere, and whether its red, green and blue are equal everywhere."""
+    if image.channels < 3 or (not image.has_data and not image.pixels):
+        return True, image.channels == 1
+    pixels = array("f", bytes(4 * len(image.pixels)))
+    image.pixels.foreach_get(pixels)
+    red, green, blue = (pixels[index :: image.channels].tobytes() for index in range(3))
+    is_opaque = image.channels < 4 or min(pixels[3::4], default=1.0) > OPAQUE
+    return is_opaque, red == green == blue
+
+
+def _exists(file: Path) -> bool:
+    if "<UDIM>" in file.name:
+        return any(file.parent.glob(file.name.replace("<UDIM>", "[0-9][0-9][0-9][0-9]")))
+    return file.is_file()
+
+
+def _source(image: bpy.types.Image) -> bytes | Path | None:
+    """Return an image's packed file or its path on disk; None where it is in memory alone."""
+    if image.packed_file:
+        return bytes(image.packed_file.data)
+    if image.source == "FILE" and not image.is_dirty:
+        path = Path(bpy.path.abspath(image.filepath, library=image.library))
+        return path if path.is_file() else None
+    return None
+
+
+def _equal(source: bytes | Path, file: Path) -> bool:
+    if isinstance(source, bytes):
+        return file.stat().st_size == len(source) and file.read_bytes() == source
+    return source == file or filecmp.cmp(source, file, shallow=False)
