@@ -23,7 +23,8 @@ from true_diffuse.addon.blender import report
 from true_diffuse.addon.material import materials, presets
 from true_diffuse.addon.material.read import Names, group_node, identifier, plain, read
 from true_diffuse.addon.models import MODELS
-from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
+from true_diffuse.addon.models.color import LUMINANCE
+from true_diffuse.addon.nodes import GROUPS, PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 from true_diffuse.addon.nodes.graph import Graph, Value
 from true_diffuse.addon.nodes.rough_diffuse import QUALITIES
 from true_diffuse.addon.usd import materialx, nearest
@@ -35,6 +36,7 @@ COLOR = (0.9, 0.5, 0.1, 1.0)
 INPUTS = {"Roughness": 0.4, "IOR": 1.4}
 COMPENSATED = {"fujii", "eon", "cycles_diffuse", "pitted"}  # EON or made of it; the others become equation (1) or Lambert
 FIXED_ROUGHNESS = {"lambert": 0.0, "wolff": 0.0, "pitted": 1.0}
+OTHER_KIND = "the node Material Output is of an unknown kind, ShaderNodeOther"
 EXACT = ("lambert", "oren_nayar", "eon")  # the models that MaterialX has
 # Prints each material's shaders and custom data, with the package usd-core, in a process without bpy.
 INSPECT = """
@@ -57,8 +59,10 @@ for prim in stage.Traverse():
             shaders[child.GetName()]["id"] = shader.GetShaderId()
         outputs = {output.GetFullName().removeprefix("outputs:"): value(output) for output in UsdShade.Material(prim).GetOutputs()}
         data = prim.GetCustomDataByKey("trueDiffuse") or {}
+        nodes = json.loads(data.get("nodes", '{"nodes": []}'))["nodes"]
+        group = next((node["group"] for node in nodes if "group" in node), None)
         seen["materials"][prim.GetName()] = {
-            "shaders": shaders, "outputs": outputs, "group": data.get("group"), "notCarried": list(data.get("notCarried", ())),
+            "shaders": shaders, "outputs": outputs, "group": group, "notCarried": list(data.get("notCarried", ())),
         }
     elif prim.IsA(UsdGeom.Mesh):
         seen["bound"][prim.GetName()] = UsdShade.MaterialBindingAPI(prim).GetDirectBinding().GetMaterialPath().name
@@ -143,7 +147,8 @@ def average(model: models.Model, rho: float) -> float:
 
 
 def nearest_text(model: str) -> str:
-    return f"{model} is no model of MaterialX: {nearest.Nearest(model, INPUTS).stands_in} stands for it"
+    instead = f"{nearest.Nearest(model, INPUTS).stands_in} stands for it"
+    return f"the reflectance model {model} in MaterialX is not supported, {instead}"
 
 
 def test_validators_find_no_problem_and_generators_make_shaders(tmp_path: Path) -> None:
@@ -273,6 +278,7 @@ def test_round_trip_is_equal(tmp_path: Path) -> None:
     for mode in ("Balanced", "Exact for Chosen Lights"):
         inputs = {"Specular": single(draw, 0.0, 1.0), "Exponent": single(draw, 0.0, 900.0)}
         made.append(materials.create("Shiny", SPECULAR_GROUP, Quality=mode, **inputs))
+    made.append(materials.create("All", PRINCIPLED, Metallic=single(draw, 0.0, 1.0)))
     made += [materials.create(preset.name, SUBSURFACE, **preset.inputs) for preset in presets.PRESETS.values()]
     for index, material in enumerate(made):
         material.name = f"M{index}"
@@ -300,25 +306,26 @@ def test_textures_are_written_and_read(suffix: str, tmp_path: Path) -> None:
     data = picture(tmp_path / "sigma.png", "sigma")
     data.colorspace_settings.name = "Non-Color"
     link_image(material, "Roughness", data)
-    show(material)
+    show(material).data.uv_layers.new(name="Second Map")
     path = export(tmp_path / f"one.{suffix}")
     assert [record["problems"] for record in check(path)] == [[], []]
     shaders = inspect(path)["materials"]["Fujii_0_4"]["shaders"]
-    preview, image = shaders["Preview_Color_image"], shaders["MaterialX_Color_image"]
-    sigma, gray = shaders["MaterialX_Roughness_image"], shaders["MaterialX_Roughness_gray"]
-    assert shaders["Preview_surface"]["diffuseColor"] == "Preview_Color_image.rgb"
+    preview, image = shaders["Preview_image_painted"], shaders["MaterialX_image_painted"]
+    sigma, gray = shaders["MaterialX_image_sigma"], shaders["MaterialX_dot"]
+    assert shaders["Preview_surface"]["diffuseColor"] == "Preview_image_painted.rgb"
     assert (preview["sourceColorSpace"], preview["wrapS"]) == ("sRGB", "mirror")
-    assert preview["scale"][:3] == pytest.approx([nearest.Nearest("Fujii", INPUTS).albedo(0.5) / 0.5] * 3)
+    usual = MODELS["fujii"].reference({"Roughness": 0.33})  # as the roughness varies
+    assert preview["scale"][:3] == pytest.approx([average(usual, 0.5) / 0.5] * 3, rel=1e-4)
     assert image["id"] == "ND_image_color3" and image["uaddressmode"] == "mirror"
-    assert shaders["MaterialX_Color_coordinate"]["geomprop"] == "Second_Map"
-    assert shaders["MaterialX_diffuse"]["roughness"] == "MaterialX_Roughness.out"
-    assert (shaders["MaterialX_Roughness"]["in"], gray["in"]) == ("MaterialX_Roughness_gray.out", "MaterialX_Roughness_image.out")
+    assert shaders["MaterialX_uv"]["geomprop"] == "Second_Map"
+    assert shaders["MaterialX_diffuse"]["roughness"] == "MaterialX_dot.out"
+    assert gray["in1"] == "MaterialX_image_sigma.out" and gray["in2"] == pytest.approx(LUMINANCE)
     if suffix == "usda":
         assert (tmp_path / preview["file"]).is_file() and (tmp_path / sigma["file"]).is_file()
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.wm.usd_import(filepath=str(path))
-    assert report.take() == [f"True Diffuse: Fujii 0.4: {nearest_text('Fujii')}"]
+    assert report.take() == [f"True Diffuse: Fujii 0.4: {nearest_text('Fujii')}"]  # of the export
     (back,) = bpy.data.materials
     found, _, _ = group_node(back)
     painted, sigma = (found.inputs[name].links[0].from_node for name in ("Color", "Roughness"))
@@ -334,10 +341,11 @@ def test_color_attribute_is_written_and_read(tmp_path: Path) -> None:
     materials.paint(material, group_node(material)[0].inputs["Color"], "my color", 0.7)
     show(material).data.color_attributes.new("my color", "FLOAT_COLOR", "POINT")
     shaders = inspect(export(tmp_path / "one.usda"))["materials"]["EON_0_4"]["shaders"]
-    assert shaders["MaterialX_Color_attribute"]["geomprop"] == "my_color"
-    assert shaders["MaterialX_Color_factor"]["in2"] == pytest.approx(0.7)
-    assert shaders["Preview_Color_attribute"]["varname"] == "my_color"
-    assert report.take() == ["True Diffuse: EON 0.4: Color: UsdPreviewSurface has the color attribute without the factor 0.672"]
+    assert shaders["MaterialX_attribute"]["geomprop"] == "my_color"
+    assert shaders["MaterialX_multiply"]["in2"] == pytest.approx(0.7)
+    assert shaders["Preview_attribute"]["varname"] == "my_color"
+    what = "what is made of the color attribute my color, in UsdPreviewSurface"
+    assert report.take() == [f"True Diffuse: EON 0.4: Base color: {what} is not supported, the attribute alone is written there"]
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.wm.usd_import(filepath=str(tmp_path / "one.usda"))
     scale = group_node(bpy.data.materials[0])[0].inputs["Color"].links[0].from_node
@@ -357,7 +365,7 @@ def test_unsupported_link_is_reported(tmp_path: Path) -> None:
     assert material["shaders"]["MaterialX_diffuse"]["roughness"] == pytest.approx(0.25)
     assert material["shaders"]["MaterialX_diffuse"]["color"] == pytest.approx(COLOR[:3])
     assert material["notCarried"] == [
-        "Color: the output Color of the node Noise Texture is not supported, the socket's own value is written"
+        "Base color: the texture noise color (Noise Texture) is not supported, the socket's own value is written"
     ]
 
 
@@ -403,14 +411,15 @@ def test_surface_of_any_engine_is_written(target: str, tmp_path: Path) -> None:
 
 def test_names_that_usd_changes_or_makes_equal(tmp_path: Path) -> None:
     names = ["a b", "a.b", "1 chalk", "Ölfarbe", "/x", "a_b"]
-    made = [materials.create(name, group) for name, group in zip(names, (*GROUPS, *GROUPS), strict=True)]
+    kinds = (ROUGH_DIFFUSE, SUBSURFACE, SPECULAR_GROUP, PRINCIPLED, ROUGH_DIFFUSE, SUBSURFACE)
+    made = [materials.create(name, group) for name, group in zip(names, kinds, strict=True)]
     for material in made:
         show(material)
     other = bpy.data.materials.new("a/b")
     show(other)
     seen = inspect(export(tmp_path / "names.usda"))
     groups = [seen["materials"][seen["bound"][item.data.name.replace(".", "_")]]["group"] for item in bpy.data.objects[:6]]
-    assert groups == [group.key for group in (*GROUPS, *GROUPS)]
+    assert groups == [group.key for group in kinds]
     own = seen["materials"][seen["bound"]["Plane_006"]]["group"] is None
     assert own or [line for line in report.take() if line.startswith("True Diffuse: a/b: has the same name as")]
     assert check(tmp_path / "names.usda")[0]["problems"] == []
@@ -474,17 +483,16 @@ def test_failure_is_reported_and_the_export_goes_on(kind: object, tmp_path: Path
     ("changes", "messages"),
     [
         (
-            {'string Model = "EON"': 'string Model = "NOE"', "double IOR": "double Iron"},
+            {'"Model":"EON"': '"Model":"NOE"', '"IOR"': '"Iron"'},
             ["Model: 'NOE' is not a valid value", "Iron: the group has no such input"],
         ),
-        ({"double Roughness = 0.4": 'string Roughness = "much"'}, ["Roughness: 'much' is not a valid value"]),
-        ({"int version =": "int verse ="}, ["is left as Blender has it: 'version'"]),
-        (
-            {'string group = "rough_diffuse"': 'string group = "other"'},
-            ["the group other is unknown, the material is as USD has it"],
-        ),
+        ({'"Roughness":0.4': '"Roughness":"much"'}, ["Roughness: 'much' is not a valid value"]),
+        ({"int format =": "int verse ="}, ["is left as Blender has it: 'format'"]),
+        ({'{"format":1': '{"format":9'}, ["is left as Blender has it: nodes in format 9, which a newer version has written"]),
+        ({'"group":"rough_diffuse"': '"group":"other"'}, ["the group other is unknown"]),
+        ({'"kind":"ShaderNodeOutputMaterial"': '"kind":"ShaderNodeOther"'}, [OTHER_KIND]),
     ],
-    ids=["inputs", "value", "version", "group"],
+    ids=["inputs", "value", "format", "newer", "group", "kind"],
 )
 def test_import_of_damaged_custom_data(changes: dict[str, str], messages: list[str], tmp_path: Path) -> None:
     show(rough("EON"))
@@ -501,15 +509,15 @@ def test_import_of_damaged_custom_data(changes: dict[str, str], messages: list[s
         assert values(bpy.data.materials[0])["Color"] == COLOR
 
 
-def test_unknown_wrap_mode_is_reported(tmp_path: Path) -> None:
+def test_missing_image_is_reported_on_import(tmp_path: Path) -> None:
     material = rough("EON")
     link_image(material, "Color", picture(tmp_path / "in.png"))
     show(material)
     path = export(tmp_path / "one.usda")
-    path.write_text(path.read_text().replace('string wrap = "periodic"', 'string wrap = "helical"'))
+    (tmp_path / "textures" / "in.png").unlink()
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.wm.usd_import(filepath=str(path))
-    assert report.take() == ["True Diffuse: EON_0_4: Color: the wrap mode 'helical' is unknown, the image is repeated"]
+    assert report.take() == ["True Diffuse: EON_0_4: the image painted is missing"]
 
 
 def test_older_groups_are_read_by_the_names_of_this_version() -> None:

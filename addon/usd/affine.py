@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from ..material.expression import Attribute, Bump, Coordinate, Expression, ImageTexture, NormalMap, UvMap, evaluate, triple, walk
 from ..material.operations import Triple
+from .points import Unknown
 
 # Where it is tried whether coordinates are affine, away from the steps of floor, sign and the like
 PLACES = ((1.25, 1.5), (-2.375, 0.6875), (0.3125, 5.125), (-7.5625, -3.8125), (0.28125, 0.53125))
@@ -22,13 +23,13 @@ class Step:
 
 
 @dataclass(frozen=True)
-class _Uv:
+class _Uv(Unknown):
     """A shaded point of which only the UV maps are known."""
 
     u: float
     v: float
 
-    def uv(self, _name: str) -> Triple:
+    def uv(self, name: str) -> Triple:
         return self.u, self.v, 0.0
 
 

@@ -71,6 +71,11 @@ def _power(a: Term, b: Term) -> Term:
     return a.equal(0.0, 0.0, raised)
 
 
+def _gamma(a: Term, exponent: Term) -> Term:
+    raised = _positive(a).node("power", exponent)
+    return exponent.equal(0.0, 1.0, a.above(0.0, raised, a))
+
+
 def _positive(a: Term) -> Term:
     """Return a number where it is above 0, else 1."""
     return a.above(0.0, a, 1.0)
@@ -142,6 +147,16 @@ def _burn(a: Term, b: Term, t: Term) -> Term:
     return rest.above(0.0, (1.0 - _divide(1.0 - a, rest)).clamped(), 0.0)
 
 
+def _clipped(a: Term) -> Term:
+    return a.maximum(-1.0).minimum(1.0)
+
+
+def _beside(a: Term) -> Term:
+    """Return the cosine of an angle by its sine, or the sine by the cosine."""
+    clipped = _clipped(a)
+    return ((clipped + 1.0) * (1.0 - clipped)).node("sqrt")
+
+
 def _exponentials(a: Term) -> tuple[Term, Term]:
     return a.node("exp"), (-a).node("exp")
 
@@ -172,6 +187,7 @@ def _fresnel(cosine: Term, ior: Term) -> Term:
 COMPOSITIONS: dict[str, Callable[..., Term]] = {
     "divide": _divide,
     "power": _power,
+    "gamma": _gamma,
     "logarithm": _logarithm,
     "sqrt": lambda a: a.maximum(0.0).node("sqrt"),
     "inverse_sqrt": lambda a: a.above(0.0, 1.0 / _positive(a).node("sqrt"), 0.0),
@@ -189,8 +205,8 @@ COMPOSITIONS: dict[str, Callable[..., Term]] = {
     "sine": lambda a: a.node("sin"),
     "cosine": lambda a: a.node("cos"),
     "tangent": lambda a: a.node("tan"),
-    "arcsine": lambda a: a.maximum(-1.0).minimum(1.0).node("asin"),
-    "arccosine": lambda a: a.maximum(-1.0).minimum(1.0).node("acos"),
+    "arcsine": lambda a: _clipped(a).node("atan2", _beside(a)),  # drivers' own asin and acos are off by 3e-4
+    "arccosine": lambda a: _beside(a).node("atan2", _clipped(a)),
     "arctangent": lambda a: a.node("atan2", 1.0),
     "arctangent2": lambda a, b: a.equal(0.0, b.at_least(0.0, 0.0, math.pi), a.node("atan2", b)),
     "hyperbolic_sine": _hyperbolic_sine,
@@ -241,7 +257,8 @@ def _turned(vector: Term, angles: Term, order: str, sense: float) -> Term:
 def _rotate_about(vector: Term, axis: Term, angle: Term) -> Term:
     n = axis.unit()
     sine, cosine = angle.node("sin"), angle.node("cos")
-    return vector * cosine + n.cross(vector) * sine + n * (n.dot(vector) * (1.0 - cosine))
+    turned = vector * cosine + n.cross(vector) * sine + n * (n.dot(vector) * (1.0 - cosine))
+    return axis.length().above(0.0, turned, vector)
 
 
 VECTORS: dict[str, Callable[..., Term]] = {
@@ -268,8 +285,15 @@ def _to_hsv(color: Term) -> Term:
 
 
 def _from_hsv(hue: Term, saturation: Term, value: Term) -> Term:
+    """Return the color of a hue within [0, 1], a saturation and a value."""
     hsv = combined([hue, saturation, value], COLOR)
     return hsv.add_node("rgb", "ND_hsvtorgb_color3", COLOR, **{"in": hsv.value})
+
+
+def _from_any_hsv(hsv: Term) -> Term:
+    hue, saturation, value = _parts(hsv)
+    last = ((hue * 6.0).node("fract") + 5.0) * (1.0 / 6.0)  # Cycles has other hues in the last sixth
+    return _from_hsv(hue.above(1.0, last, hue.at_least(0.0, hue, last)), saturation, value)
 
 
 def _parts(color: Term) -> tuple[Term, Term, Term]:
@@ -289,8 +313,13 @@ def _to_hsl(color: Term) -> Term:
 def _from_hsl(hsl: Term) -> Term:
     hue, saturation, lightness = _parts(hsl)
     chroma = (1.0 - (lightness * 2.0 - 1.0).node("absval")) * saturation
-    ramp = _from_hsv(hue, hue.make(1.0), hue.make(1.0))
-    return (ramp - 0.5) * chroma + lightness
+    sixths = hue * 6.0
+    ramps = (
+        (sixths - 3.0).node("absval") - 1.0,
+        2.0 - (sixths - 2.0).node("absval"),
+        2.0 - (sixths - 4.0).node("absval"),
+    )
+    return combined([(ramp.clamped() - 0.5) * chroma + lightness for ramp in ramps], COLOR)
 
 
 def _mix_hue(a: Term, b: Term, t: Term) -> Term:
@@ -315,7 +344,7 @@ def _mix_color(a: Term, b: Term, t: Term) -> Term:
 
 COLORS: dict[str, Callable[..., Term]] = {
     "rgb_to_hsv": _to_hsv,
-    "hsv_to_rgb": lambda hsv: _from_hsv(*_parts(hsv)),
+    "hsv_to_rgb": _from_any_hsv,
     "rgb_to_hsl": _to_hsl,
     "hsl_to_rgb": _from_hsl,
     "mix_hue": _mix_hue,

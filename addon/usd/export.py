@@ -13,7 +13,7 @@ import bpy
 
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
-from ..blender import fcurves, report
+from ..blender import report
 from ..material import node_record
 from ..material.expression import Attribute, Constant, Expression, walk
 from ..material.links import Place, upstream
@@ -56,7 +56,7 @@ class Export:
             return False
         stage, path = self.stage, usd_material.GetPath()
         reading = read_surface(material, unit=scale_length(), target=target)
-        losses = [*reading.losses, *animated(material)]
+        losses = list(reading.losses)
         occlusion = _occlusion(material, reading)
         files = self._files(reading, material, export_texture, losses)
         own = {name: expression for name, place in reading.places.items() if (expression := _own(place))}
@@ -65,13 +65,14 @@ class Export:
         simple = None
         if not usd_material.GetPrim().GetChild(VIEWPORT_SHADER):
             simple, lacking = preview.network(reading.surface, files, own, occlusion)
-            losses += [loss for loss in lacking if loss not in losses]
+            said = {loss.parameter for loss in losses if loss.parameter}
+            losses += [loss for loss in lacking if loss.parameter not in said]
         self.requests[path] = author.write(usd_material, simple, made)
         nodes = node_record.record(material.node_tree)
         nodes["material"] = {name: getattr(material, name) for name in MATERIAL_SETTINGS}
         images = {name: self._path(name, export_texture) for name in node_record.image_names(nodes)}
         author.write_nodes(usd_material, reading.surface, nodes, {name: path for name, path in images.items() if path})
-        self.messages[path] = material.name, [str(loss) for loss in dict.fromkeys(losses)]
+        self.messages[path] = material.name, [*map(str, dict.fromkeys(losses)), *reading.notes]
         return True
 
     def finish(self, written: primvars.Written) -> None:
@@ -107,13 +108,16 @@ class Export:
         if name in self.paths:
             return self.paths[name]
         image = next((image for image in bpy.data.images if image.name_full == name), None)
-        path = export_texture(image) if image else ""
+        self.paths[name] = self._written(image, export_texture) if image else ""
+        return self.paths[name]
+
+    def _written(self, image: bpy.types.Image, export_texture: ExportTexture) -> str:
+        path = export_texture(image)
         file = Path(self.stage.GetRootLayer().ComputeAbsolutePath(path)) if path else Path()
         if not path or not _exists(file):
-            path = ""
-        elif image.source in ("FILE", "GENERATED") and not self._is_own(image, file):
-            path = self._separated(image, path, file)
-        self.paths[name] = path
+            return ""
+        if image.source in ("FILE", "GENERATED") and not self._is_own(image, file):
+            return self._separated(image, path, file)
         return path
 
     def _is_own(self, image: bpy.types.Image, file: Path) -> bool:
@@ -164,14 +168,6 @@ def scale_length() -> float:
 def millimeter(stage: Usd.Stage) -> float:
     """Return a millimeter in the stage's units. Blender's exporter takes its own unit for a meter, whatever the scene says."""
     return 0.001 / scale_length() / UsdGeom.GetStageMetersPerUnit(stage)
-
-
-def animated(material: bpy.types.Material) -> list[Loss]:
-    """Return what of a material's nodes is keyed or driven: networks have the values of this frame."""
-    tree = material.node_tree
-    curves = fcurves.curves(tree)
-    nodes = (node for node in tree.nodes if curves and fcurves.of_node(tree, node))
-    return [Loss("", node.label or node.name, "a value that changes over time", "that of this frame is written") for node in nodes]
 
 
 def _occlusion(material: bpy.types.Material, reading: Reading) -> Expression | None:

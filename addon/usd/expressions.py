@@ -10,6 +10,7 @@ from itertools import pairwise
 
 from ..material import expression as tree
 from ..material.expression import Apply, Attribute, Coordinate, Curve, Expression, ImageTexture, NormalMap, UvMap
+from ..material.textures import FUNCTIONS
 from ..models.color import LUMINANCE
 from .affine import Step, transformed
 from .compositions import BY_TYPE, COLORS, COMPOSITIONS, VECTORS
@@ -79,7 +80,7 @@ class Writer:
 
     def _add(self, name: str, identifier: str, kind: str, **inputs: Constant | Primvar | Term) -> Term:
         values = {key: value.value if isinstance(value, Term) else value for key, value in inputs.items()}
-        return Term(self.network, self.network.add(name, identifier, kind, **values))
+        return Term(self.network, self.network.add(name, identifier, kind, "out", **values))
 
     # images and attributes
 
@@ -242,7 +243,8 @@ class Writer:
         """Return an operation whose composition is of floats."""
         compose = COMPOSITIONS.get(expression.operation)
         if compose is None:
-            raise Unsupported(expression.label, f"the operation {expression.operation.replace('_', ' ')}")
+            noun = "texture" if expression.operation.partition("(")[0] in FUNCTIONS else "operation"
+            raise Unsupported(expression.label, f"the {noun} {expression.operation.partition('(')[0].replace('_', ' ')}")
         values = [self.number(one) if one.kind == "number" else self._own(one) for one in expression.arguments]
         if kind == FLOAT:
             return compose(*values)

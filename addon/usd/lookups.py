@@ -26,6 +26,7 @@ from ..material.expression import (
     triple,
 )
 from ..material.operations import Kind, Triple, Value
+from .points import Unknown
 
 CHANNELS = "rgba"
 # Values of red, green, blue and alpha
@@ -46,14 +47,14 @@ class Lookup:
 
 
 @dataclass(frozen=True)
-class _Pixel:
+class _Pixel(Unknown):
     """A shaded point at which the texture `chosen` has a color and alpha, and other textures and attributes are 1."""
 
     chosen: ImageTexture
     color: Triple
     alpha: float
 
-    def image(self, texture: ImageTexture, _coordinates: Triple) -> Value:
+    def image(self, texture: ImageTexture, coordinates: Triple) -> Value:
         is_other = color_of(texture) != self.chosen
         if texture.output == "alpha":
             return 1.0 if is_other else self.alpha
@@ -62,11 +63,8 @@ class _Pixel:
     def attribute(self, attribute: Attribute) -> Value:
         return 1.0 if attribute.kind == "number" else (1.0, 1.0, 1.0)
 
-    def uv(self, _name: str) -> Triple:
+    def uv(self, name: str) -> Triple:
         return 0.0, 0.0, 0.0
-
-    def coordinate(self, coordinate: Coordinate) -> Value:
-        raise LookupError(coordinate.name)
 
 
 def lookup(expression: Expression, kind: Kind, is_gray: Callable[[ImageTexture], bool]) -> Lookup | None:
@@ -116,7 +114,7 @@ def _exact(texture: ImageTexture, kind: Kind, value: Callable[..., Triple], is_g
             slope = value(1.0, 1.0, 1.0, 0.0)[0] - bottom
 
         def of_channel(probe: tuple[float, ...], index: int = index, slope: float = slope, bottom: float = bottom) -> Triple:
-            return (probe[index] * slope + bottom,) * 3
+            return triple(probe[index] * slope + bottom)
 
         if abs(slope) > TOLERANCE and _holds(value, of_channel, is_gray):
             return Lookup(texture, channel, (slope,), (bottom,))  # ty: ignore[invalid-argument-type] - a channel's letter

@@ -90,51 +90,53 @@ class _Builder:
     def _base(self, millimeter: float) -> Output:
         """Return metal, glass, and specular over subsurface scattering and diffuse reflection."""
         surface, add = self.surface, self._add
-        metallic = self._unit("metallic")
-        if not _is(metallic, 1.0):
-            bsdf = self._dielectric(millimeter)
         if not surface.uses("metallic"):
-            return bsdf
+            return self._dielectric(millimeter)
+        metallic = self._unit("metallic")
+        bsdf = None if _is(metallic, 1.0) else self._dielectric(millimeter)
+        tint = {"color82": self._value("specular_color", self.writer.color)} if surface.uses("specular_color") else {}
         metal = add(
             "metal",
             "ND_generalized_schlick_bsdf",
             color0=self._value("base_color", lambda one: self.writer.color(unit(one))),
             roughness=self._alpha("specular"),
-            **({"color82": self._value("specular_color", self.writer.color)} if surface.uses("specular_color") else {}),
+            **tint,
             **self._film(),
             **self._normal("normal"),
             **self._tangent(),
         )
-        return metal if _is(metallic, 1.0) else add("substrate", "ND_mix_bsdf", fg=metal, bg=bsdf, mix=metallic)
+        return add("substrate", "ND_mix_bsdf", fg=metal, bg=bsdf, mix=metallic) if bsdf else metal
 
     def _dielectric(self, millimeter: float) -> Output:
-        surface, add = self.surface, self._add
+        below = self._below_specular(millimeter)
+        if not self.surface.uses("specular_weight"):
+            return below
+        return self._add("glossy", "ND_layer_bsdf", top=self._specular(), base=below)
+
+    def _below_specular(self, millimeter: float) -> Output:
+        if not self.surface.uses("transmission_weight"):
+            return self._opaque(millimeter)
         transmission = self._unit("transmission_weight")
-        bsdf = self._opaque(millimeter) if not _is(transmission, 1.0) else None
-        if surface.uses("transmission_weight"):
-            glass = add(
-                "transmission",
-                "ND_dielectric_bsdf",
-                tint=self._value("base_color", lambda one: self.writer.color(apply("sqrt", unit(one)))),  # as Cycles has it
-                ior=self._value("specular_ior", self.writer.number),
-                roughness=self._alpha("specular"),
-                scatter_mode=Constant(STRING, "T"),
-                **self._normal("normal"),
-                **self._tangent(),
-            )
-            bsdf = add("inside", "ND_mix_bsdf", fg=glass, bg=bsdf, mix=transmission) if bsdf else glass
-        if not surface.uses("specular_weight"):
-            return bsdf
-        return add("glossy", "ND_layer_bsdf", top=self._specular(), base=bsdf)
+        bsdf = None if _is(transmission, 1.0) else self._opaque(millimeter)
+        glass = self._add(
+            "transmission",
+            "ND_dielectric_bsdf",
+            tint=self._value("base_color", lambda one: self.writer.color(apply("sqrt", unit(one)))),  # as Cycles has it
+            ior=self._value("specular_ior", self.writer.number),
+            roughness=self._alpha("specular"),
+            scatter_mode=Constant(STRING, "T"),
+            **self._normal("normal"),
+            **self._tangent(),
+        )
+        return self._add("inside", "ND_mix_bsdf", fg=glass, bg=bsdf, mix=transmission) if bsdf else glass
 
     def _opaque(self, millimeter: float) -> Output:
-        surface, add = self.surface, self._add
+        if not self.surface.uses("subsurface_weight"):
+            return self._diffuse()
         weight = self._unit("subsurface_weight")
-        diffuse = self._diffuse() if not _is(weight, 1.0) else None
-        if not surface.uses("subsurface_weight"):
-            return diffuse
-        radius = apply("multiply", apply("maximum", surface["subsurface_radius"], 0.0), millimeter)
-        scattered = add(
+        diffuse = None if _is(weight, 1.0) else self._diffuse()
+        radius = apply("multiply", apply("maximum", self.surface["subsurface_radius"], 0.0), millimeter)
+        scattered = self._add(
             "subsurface",
             "ND_subsurface_bsdf",
             color=self._value("base_color", lambda one: self.writer.color(unit(one))),
@@ -142,12 +144,12 @@ class _Builder:
             **self._given("subsurface_anisotropy", "anisotropy"),
             **self._normal("normal"),
         )
-        return add("base", "ND_mix_bsdf", fg=scattered, bg=diffuse, mix=weight) if diffuse else scattered
+        return self._add("base", "ND_mix_bsdf", fg=scattered, bg=diffuse, mix=weight) if diffuse else scattered
 
     def _diffuse(self) -> Output:
         nearest = Nearest.of(self.surface)
         if nearest.stands_in:
-            what = f"{nearest.model.label}, which MaterialX lacks,"
+            what = f"the reflectance model {nearest.model.label} in MaterialX"
             self.losses.append(Loss("", "", what, f"{nearest.stands_in} stands for it"))
         roughness = Constant(FLOAT, nearest.roughness)
         if nearest.has_own_roughness and self.surface.uses("diffuse_roughness"):
@@ -217,7 +219,7 @@ class _Builder:
     # inputs
 
     def _add(self, name: str, identifier: str, **inputs: Input) -> Output:
-        return self.network.add(name, identifier, TOKEN, **inputs)
+        return self.network.add(name, identifier, TOKEN, "out", **inputs)
 
     def _value(self, parameter: str, write: Callable[[Expression], Term]) -> Input:
         """Return what `write` makes of a parameter, or what it makes of its own value where MaterialX lacks the expression."""
@@ -260,11 +262,12 @@ class _Builder:
         if layer == "specular" and self.surface.uses("specular_anisotropy"):
             anisotropy = apply("multiply", unit(self.surface["specular_anisotropy"]), ANISOTROPY)
             inputs = {"anisotropy": self._value("specular_anisotropy", lambda _: self.writer.number(anisotropy))}
-            return self.network.add("alpha", "ND_roughness_anisotropy", VECTOR2, roughness=self._unit(roughness), **inputs)
-        value = self._unit(roughness)
-        if isinstance(value, Constant):
-            return Constant(VECTOR2, (value.value**2, value.value**2))
-        return self.network.add("alpha", "ND_roughness_anisotropy", VECTOR2, roughness=value)
+            inputs["roughness"] = self._unit(roughness)
+            return self.network.add("alpha", "ND_roughness_anisotropy", VECTOR2, "out", **inputs)
+        value = Term(self.network, self._unit(roughness))
+        if value.constant is not None:
+            return Constant(VECTOR2, (value.constant**2, value.constant**2))
+        return self.network.add("alpha", "ND_roughness_anisotropy", VECTOR2, roughness=value.value)
 
     def _tangent(self) -> dict[str, Input]:
         """Return the input of a closure for its tangent; none where it is the mesh's, or counts for nothing."""

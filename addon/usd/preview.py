@@ -2,14 +2,14 @@
 """A `Surface` as UsdPreviewSurface, for programs without MaterialX.
 
 UsdPreviewSurface has Lambert, one GGX lobe with Schlick's Fresnel term, and a coat. Lambert gets the model's average albedo. The
-lobe is the metal's and the specular layer's; where there is neither it is the coat's. Without any its reflectance at normal incidence
-is 0, both as ior 1 and as black specularColor of the specular workflow, and its roughness is 1. What remains is Schlick's reflectance
-at grazing angles, which the specification sets to 1.
+lobe is the metal's and the specular layer's; where there is neither it is the coat's. Without any its reflectance at normal
+incidence is 0, both as ior 1 and as black specularColor of the specular workflow, and its roughness is 1. What remains is Schlick's
+reflectance at grazing angles, which the specification sets to 1.
 """
 
 from collections.abc import Mapping
 
-from ..material.expression import Attribute, Expression, ImageTexture, NormalMap, apply
+from ..material.expression import Attribute, Expression, ImageTexture, NormalMap, apply, number
 from ..material.expression import Constant as Value
 from ..material.operations import Kind
 from ..material.surface import PARAMETERS, Loss, Surface
@@ -78,7 +78,7 @@ class _Builder:
         if surface["metallic"] == Value(1.0):
             return self._color("base_color", unit(surface["base_color"]))
         weight = surface["subsurface_weight"]
-        below = clamp(weight.value, 0.0, 1.0) if isinstance(weight, Value) else 0.5
+        below = clamp(number(weight.value), 0.0, 1.0) if isinstance(weight, Value) else 0.5
         nearest = Nearest.of(surface)
         return self._color(
             "base_color",

@@ -64,15 +64,16 @@ class Term:
 
     def add_node(self, name: str, identifier: str, kind: str, **inputs: Input) -> "Term":
         """Add any node, and return its output."""
-        return Term(self.network, self.network.add(name, identifier, kind, **inputs))
+        return Term(self.network, self.network.add(name, identifier, kind, "out", **inputs))
 
     def node(self, name: str, *others: "Term | float") -> "Term":
         """Return a node of NODES for this and `others`, by components where this or the first of them is a triple."""
         names, compute = NODES[name]
         kind = next((term.type for term in (self, *others) if isinstance(term, Term) and term.type != FLOAT), FLOAT)
         inputs = [self.value, *(self.make(other).value for other in others)]
-        if all(isinstance(value, Constant) for value in inputs):
-            found = broadcast(compute, *(value.value for value in inputs))
+        known = [value.value for value in inputs if isinstance(value, Constant)]
+        if len(known) == len(inputs):
+            found = broadcast(compute, *known)  # ty: ignore[invalid-argument-type] - numbers or triples
             return Term(self.network, constant(found, kind))
         if name in NEUTRAL and inputs[0].type == kind and _is(inputs[1], NEUTRAL[name]):
             return self

@@ -120,8 +120,8 @@ def generate(network: mx.Document, target: str) -> mx_gen.Shader:
 def evaluate(pixel_shader: str, light: Vector, rows: Sequence[tuple[Vector, Vector]]) -> list[Vector]:
     """Return the radiance [W/(m^2 sr)] that generated GLSL gives for each (N, V) of `rows` under a light of 1 W/m^2 from `light`.
 
-    The viewer is at the origin, the shaded point at -V. The number of rows is a multiple of WIDTH. Raises moderngl.Error where there
-    is no driver or the shader does not compile.
+    The viewer is at the origin, the shaded point at -V. The number of rows is a multiple of WIDTH. Raises moderngl.Error where
+    there is no driver or the shader does not compile.
     """
     context = moderngl.create_context(standalone=True, **DRIVER)
     block = pixel_shader.split("in VertexData", 1)[1].split("vd;", 1)[0]
@@ -147,9 +147,7 @@ def evaluate(pixel_shader: str, light: Vector, rows: Sequence[tuple[Vector, Vect
     target.use()
     target.clear()
     names = [name for name in ("pixel", "normal", "viewer") if name in program]
-    layout = " ".join(
-        {"pixel": "2f", "normal": "3f", "viewer": "3f"}[name] if name in names else "3x4" for name in ("pixel", "normal", "viewer")
-    )
+    layout = "2f " + " ".join("3f" if name in names else "3x4" for name in ("normal", "viewer"))
     vertices = context.vertex_array(program, [(context.buffer(points), layout, *names)])
     vertices.render(moderngl.POINTS)
     colors = array("f")
