@@ -40,7 +40,7 @@ class Export:
 
     def _make(self) -> None:
         for material in list(bpy.data.materials):
-            if material.node_tree and holds_ours(material.node_tree):
+            if material.users and material.node_tree and holds_ours(material.node_tree):
                 with _guarded(material):
                     _arrange(self._stand_ins.add(material), material)
 
@@ -88,6 +88,9 @@ def _arrange(stand_in: StandIn, material: bpy.types.Material) -> None:
 
     _, replaced = _written(stand_in)
     if replaced:
+        output = stand_in.material.node_tree.get_output_node("ALL")
+        if output and not replaced.groups:
+            inputs.take_opacity(output.inputs["Surface"], replaced.principled)
         stand_in.losses += inputs.arrange(replaced.principled, replaced.groups, bake if settings.bake else None)
 
 

@@ -108,6 +108,35 @@ def arrange(
             yield Loss(name, lost.node, lost.what, _instead(place, name) + why_not)
 
 
+def take_opacity(surface: bpy.types.NodeSocket, principled: bpy.types.Node) -> None:
+    """Make a mix of a Transparent BSDF and `principled` at an output's input `surface` an opacity of `principled`, where it can be.
+
+    The exporter knows transparency as the input Alpha alone.
+    """
+    mix = source(Place(surface))
+    alpha = principled.inputs["Alpha"]
+    if mix.node.bl_idname != "ShaderNodeMixShader" or mix.groups or alpha.is_linked or alpha.default_value != 1.0:
+        return
+    factor = mix.input(0)
+    first, second = (source(mix.input(index)) for index in (1, 2))
+    value = _constant(factor)
+    if _is_transparent(first) and second.node == principled:
+        if value is None:
+            principled.id_data.links.new(factor.socket.links[0].from_socket, alpha)
+        else:
+            alpha.default_value = value
+    elif _is_transparent(second) and first.node == principled and value is not None:
+        alpha.default_value = 1.0 - value
+    else:
+        return
+    principled.id_data.links.new(principled.outputs["BSDF"], surface)
+
+
+def _is_transparent(place: Place) -> bool:
+    """Return whether a closure is a Transparent BSDF of white."""
+    return place.node.bl_idname == "ShaderNodeBsdfTransparent" and _product(place.input("Color")) == Product(constants=1)
+
+
 def _link_image(place: Place, image: bpy.types.Image) -> None:
     """Link a new image node to an input, through a Normal Map node to one of a normal."""
     tree = place.node.id_data

@@ -45,9 +45,10 @@ class StandIn:
     losses: list[Loss] = field(default_factory=list)
     """What glTF cannot hold."""
 
-    def remove(self) -> None:
-        """Remove all that was made from the open file."""
-        bpy.data.batch_remove([self.material, *self.groups, *self.images])
+    @property
+    def blocks(self) -> list[bpy.types.ID]:
+        """The data-blocks that were made."""
+        return [self.material, *self.groups, *self.images]
 
 
 class StandIns:
@@ -71,7 +72,7 @@ class StandIns:
                 if key_and_version(replaced.node)[0] == ROUGH_DIFFUSE.key:
                     replaced.principled.inputs["Roughness"].default_value = 1.0  # of a specular layer that it has not
         except BaseException:
-            made.remove()
+            bpy.data.batch_remove(made.blocks)
             raise
         self._by_material[material.session_uid] = made
         return made
@@ -82,8 +83,9 @@ class StandIns:
 
     def remove(self) -> None:
         """Remove all stand-ins from the open file."""
-        while self._by_material:
-            self._by_material.popitem()[1].remove()
+        made = list(self._by_material.values())
+        self._by_material.clear()
+        bpy.data.batch_remove([block for stand_in in made for block in stand_in.blocks])
 
 
 def holds_ours(tree: bpy.types.ShaderNodeTree) -> bool:
