@@ -228,6 +228,20 @@ def curves_and_ramps() -> Iterator[Setting]:
     yield from node("ramp as it is", "ShaderNodeValToRGB")
 
 
+def spectra() -> Iterator[Setting]:
+    """Yield Blackbody and Wavelength of constants across their ranges."""
+
+    def build(tree: Tree, kind: str, value: float) -> Socket:
+        made = tree.nodes.new(kind)
+        made.inputs[0].default_value = value
+        return made.outputs[0]
+
+    for kelvin in (300.0, 800.0, 900.0, 1000.0, 1300.0, 1700.0, 2500.0, 5000.0, 6500.0, 11999.0, 12000.0, 20000.0):
+        yield Setting(f"blackbody {kelvin}", partial(build, kind="ShaderNodeBlackbody", value=kelvin))
+    for nanometers in (379.0, *(380.0 + 7.3 * i for i in range(55)), 780.0, 800.0):
+        yield Setting(f"wavelength {nanometers}", partial(build, kind="ShaderNodeWavelength", value=nanometers))
+
+
 def angles() -> Iterator[Setting]:
     """Yield the nodes that depend on the angle of view."""
     for kind, output in (("Fresnel", "Fac"), ("LayerWeight", "Fresnel"), ("LayerWeight", "Facing")):
@@ -525,7 +539,7 @@ def picture() -> Picture:
     return draw(SETTINGS)
 
 
-SETTINGS = [*arithmetic(), *curves_and_ramps(), *angles(), *sources(), *links()]
+SETTINGS = [*arithmetic(), *curves_and_ramps(), *spectra(), *angles(), *sources(), *links()]
 
 
 @pytest.mark.render

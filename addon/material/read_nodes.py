@@ -12,6 +12,7 @@ import bpy
 
 from ..blender import fcurves
 from . import node_formulas as formulas
+from . import spectra
 from .expression import (
     Attribute,
     Bump,
@@ -383,6 +384,16 @@ def _luminance(reader: NodeReader, output: Place) -> Expression:
     return apply("luminance", *reader.inputs(output), label=output.label)
 
 
+def _spectrum(reader: NodeReader, output: Place) -> Expression:
+    """Read Blackbody and Wavelength where their input is a constant."""
+    place = output.input(0)
+    value = reader.expression(place)
+    if not isinstance(value, Constant):
+        raise UnsupportedInput(output.label, f"the linked {place.socket.name} of the node {output.node.bl_label}")
+    color = spectra.blackbody if output.node.bl_idname == "ShaderNodeBlackbody" else spectra.wavelength
+    return Constant(color(number(value.value)))
+
+
 def _color_ramp(reader: NodeReader, output: Place) -> Expression:
     ramp, (factor,) = output.node.color_ramp, reader.inputs(output)
     if isinstance(factor, Constant):
@@ -510,6 +521,8 @@ OTHERS: Mapping[str, Reader] = {
     "ShaderNodeHueSaturation": _hue_saturation,
     "ShaderNodeInvert": _invert,
     "ShaderNodeRGBToBW": _luminance,
+    "ShaderNodeBlackbody": _spectrum,
+    "ShaderNodeWavelength": _spectrum,
     "ShaderNodeNormal": _normal,
     "ShaderNodeNormalMap": _normal_map,
     "ShaderNodeBump": _bump,
