@@ -2,7 +2,7 @@
 """What feeds an input of a surface, as a typed tree of plain values that all targets read. No bpy.
 
 An expression is a number or a triple (a color, linear Rec. 709, or a vector). `read_nodes.py` makes expressions of Blender's nodes;
-`operations.py` says for every operation how each target computes it. `evaluate` is the reference: what Cycles computes.
+`operations.py` says what each operation computes and its GLSL. `evaluate` is the reference: what Cycles computes.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -210,13 +210,12 @@ def apply(operation: str, *arguments: Expression | Value, label: str = "") -> Ex
     """
     given = tuple(argument if not isinstance(argument, (float, int, tuple)) else Constant(argument) for argument in arguments)
     constants = [argument.value for argument in given if isinstance(argument, Constant)]
-    entry = OPERATIONS[operation]
-    if len(constants) == len(given) and entry.python:
+    if len(constants) == len(given):
         return Constant(compute(operation, *constants))
     simple = _simplified(operation, given, label)
     if simple is None:
         return Apply(operation, given, label)
-    if not entry.kind and simple.kind == "number" and _broadcast_kind(given) == "triple":
+    if not OPERATIONS[operation].kind and simple.kind == "number" and _broadcast_kind(given) == "triple":
         return as_kind(simple, "triple")
     return simple
 
@@ -289,10 +288,8 @@ def curve(
 
 
 def compute(operation: str, *values: Value) -> Value:
-    """Return the reference value of an operation. Raises LookupError where it has none without a shaded point."""
+    """Return the reference value of an operation; KeyError where there is no such."""
     entry = OPERATIONS[operation]
-    if entry.python is None:
-        raise LookupError(f"{operation} has no reference value")
     return entry.python(*values) if entry.kind else broadcast(entry.python, *values)
 
 
@@ -332,7 +329,7 @@ def as_kind(expression: Expression, kind: Kind, is_color: bool = True) -> Expres
 
 
 def evaluate(expression: Expression, point: Point) -> Value:
-    """Return the value at `point`; raises LookupError where the point or an operation lacks it."""
+    """Return the value at `point`; raises LookupError where the point lacks what it needs."""
     values: dict[int, Value] = {}  # by identity, so that what several operations share is computed once
 
     def value(one: Expression) -> Value:

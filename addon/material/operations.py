@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The table of operations on numbers and triples that input nodes are made of, with a column for each target. No bpy.
+"""The table of operations on numbers and triples that input nodes are made of: their reference and their GLSL. No bpy.
 
 Python is the reference: the value that Cycles computes (intern/cycles/kernel/svm/math_util.h, color_util.h and node_*.h), zero
-where a result is not defined. glTF holds no operation but a product with a constant.
+where a result is not defined. USD composes operations of MaterialX's standard nodes; glTF holds none but products.
 """
 
 import math
@@ -21,16 +21,14 @@ class Operation(NamedTuple):
     """One operation.
 
     kind: of the result; empty where the operation works by components, on numbers and triples in any mixture.
-    python: of numbers where kind is empty, else of what the operation takes. None where it needs more than its arguments.
+    python: of numbers where kind is empty, else of what the operation takes.
     glsl: with {0}, {1} for the arguments; functions are those of shaders/nodes/STEM.glsl.
-    materialx: the standard node without "ND_" and its types, with inputs in the same order; empty where there is none.
     """
 
     kind: Kind | Literal[""]
-    python: Callable[..., Any] | None
+    python: Callable[..., Any]
     glsl: str
     stem: str = ""
-    materialx: str = ""
 
 
 def broadcast(function: Callable[..., float], *values: Value) -> Value:
@@ -316,48 +314,48 @@ class Operations(dict[str, Operation]):
 OPERATIONS = Operations()
 OPERATIONS |= {
     # by components
-    "add": Operation("", lambda a, b: a + b, "({0} + {1})", materialx="add"),
-    "subtract": Operation("", lambda a, b: a - b, "({0} - {1})", materialx="subtract"),
-    "multiply": Operation("", lambda a, b: a * b, "({0} * {1})", materialx="multiply"),
+    "add": Operation("", lambda a, b: a + b, "({0} + {1})"),
+    "subtract": Operation("", lambda a, b: a - b, "({0} - {1})"),
+    "multiply": Operation("", lambda a, b: a * b, "({0} * {1})"),
     "divide": Operation("", divide, "safe_divide({0}, {1})", MATH),
     "power": Operation("", power, "safe_power({0}, {1})", MATH),
     "gamma": Operation("", gamma, "gamma({0}, {1})", COLORS),
     "logarithm": Operation("", logarithm, "safe_logarithm({0}, {1})", MATH),
     "sqrt": Operation("", lambda a: math.sqrt(max(a, 0.0)), "sqrt(max({0}, 0.0))"),
     "inverse_sqrt": Operation("", lambda a: 1.0 / math.sqrt(a) if a > 0.0 else 0.0, "safe_inverse_sqrt({0})", MATH),
-    "absolute": Operation("", abs, "abs({0})", materialx="absval"),
-    "exponent": Operation("", _bounded(math.exp), "exp({0})", materialx="exp"),
-    "minimum": Operation("", min, "min({0}, {1})", materialx="min"),
-    "maximum": Operation("", max, "max({0}, {1})", materialx="max"),
+    "absolute": Operation("", abs, "abs({0})"),
+    "exponent": Operation("", _bounded(math.exp), "exp({0})"),
+    "minimum": Operation("", min, "min({0}, {1})"),
+    "maximum": Operation("", max, "max({0}, {1})"),
     "less_than": Operation("", lambda a, b: float(a < b), "less_than({0}, {1})", MATH),
     "greater_than": Operation("", lambda a, b: float(a > b), "greater_than({0}, {1})", MATH),
-    "sign": Operation("", sign, "sign({0})", materialx="sign"),
+    "sign": Operation("", sign, "sign({0})"),
     "compare": Operation("", lambda a, b, c: float(abs(a - b) <= max(c, FLT_EPSILON)), "compare({0}, {1}, {2})", MATH),
     "smooth_minimum": Operation("", smooth_minimum, "smooth_minimum({0}, {1}, {2})", MATH),
     "smooth_maximum": Operation("", lambda a, b, c: -smooth_minimum(-a, -b, c), "(-smooth_minimum(-({0}), -({1}), {2}))", MATH),
     "round": Operation("", lambda a: float(math.floor(a + 0.5)), "floor(({0}) + 0.5)"),
-    "floor": Operation("", lambda a: float(math.floor(a)), "floor({0})", materialx="floor"),
-    "ceiling": Operation("", lambda a: float(math.ceil(a)), "ceil({0})", materialx="ceil"),
+    "floor": Operation("", lambda a: float(math.floor(a)), "floor({0})"),
+    "ceiling": Operation("", lambda a: float(math.ceil(a)), "ceil({0})"),
     "truncate": Operation("", lambda a: float(math.trunc(a)), "trunc({0})"),
-    "fraction": Operation("", lambda a: a - math.floor(a), "fract({0})", materialx="fract"),
+    "fraction": Operation("", lambda a: a - math.floor(a), "fract({0})"),
     "modulo": Operation("", modulo, "safe_modulo({0}, {1})", MATH),
     "floored_modulo": Operation("", floored_modulo, "floored_modulo({0}, {1})", MATH),
     "wrap": Operation("", wrap, "wrap({0}, {1}, {2})", MATH),
     "snap": Operation("", lambda a, b: math.floor(divide(a, b)) * b, "(floor(safe_divide({0}, {1})) * {1})", MATH),
     "ping_pong": Operation("", ping_pong, "ping_pong({0}, {1})", MATH),
-    "sine": Operation("", math.sin, "sin({0})", materialx="sin"),
-    "cosine": Operation("", math.cos, "cos({0})", materialx="cos"),
-    "tangent": Operation("", math.tan, "tan({0})", materialx="tan"),
+    "sine": Operation("", math.sin, "sin({0})"),
+    "cosine": Operation("", math.cos, "cos({0})"),
+    "tangent": Operation("", math.tan, "tan({0})"),
     "arcsine": Operation("", lambda a: math.asin(min(max(a, -1.0), 1.0)), "arcsine({0})", MATH),
     "arccosine": Operation("", lambda a: math.acos(min(max(a, -1.0), 1.0)), "arccosine({0})", MATH),
     "arctangent": Operation("", math.atan, "atan({0})"),
-    "arctangent2": Operation("", math.atan2, "safe_arctangent2({0}, {1})", MATH, "atan2"),
+    "arctangent2": Operation("", math.atan2, "safe_arctangent2({0}, {1})", MATH),
     "hyperbolic_sine": Operation("", _bounded(math.sinh), "sinh({0})"),
     "hyperbolic_cosine": Operation("", lambda a: _bounded(math.cosh)(abs(a)), "cosh({0})"),
     "hyperbolic_tangent": Operation("", math.tanh, "tanh({0})"),
     "radians": Operation("", math.radians, "radians({0})"),
     "degrees": Operation("", math.degrees, "degrees({0})"),
-    "clamp": Operation("", lambda a, low, high: min(max(a, low), high), "min(max({0}, {1}), {2})", materialx="clamp"),
+    "clamp": Operation("", lambda a, low, high: min(max(a, low), high), "min(max({0}, {1}), {2})"),
     "mix": Operation("", lambda a, b, t: a + (b - a) * t, "mix({0}, {1}, {2})"),
     "smooth_step": Operation("", smooth_step, "smooth_step({0}, {1}, {2})", MATH),
     "smoother_step": Operation("", smoother_step, "smoother_step({0}, {1}, {2})", MATH),
@@ -366,17 +364,17 @@ OPERATIONS |= {
     "dodge": Operation("", dodge, "dodge({0}, {1}, {2})", COLORS),
     "burn": Operation("", burn, "burn({0}, {1}, {2})", COLORS),
     # triples to numbers and back
-    "combine": Operation("triple", lambda x, y, z: (x, y, z), "vec3({0}, {1}, {2})", materialx="combine3"),
+    "combine": Operation("triple", lambda x, y, z: (x, y, z), "vec3({0}, {1}, {2})"),
     "x": Operation("number", lambda a: a[0], "({0}).x"),
     "y": Operation("number", lambda a: a[1], "({0}).y"),
     "z": Operation("number", lambda a: a[2], "({0}).z"),
     "luminance": Operation("number", lambda a: dot(a, LUMINANCE), f"dot({{0}}, vec3{LUMINANCE})"),
     "average": Operation("number", lambda a: (a[0] + a[1] + a[2]) / 3.0, "dot({0}, vec3(1.0 / 3.0))"),
-    "dot": Operation("number", dot, "dot({0}, {1})", materialx="dotproduct"),
-    "length": Operation("number", lambda a: math.sqrt(dot(a, a)), "length({0})", materialx="magnitude"),
+    "dot": Operation("number", dot, "dot({0}, {1})"),
+    "length": Operation("number", lambda a: math.sqrt(dot(a, a)), "length({0})"),
     "distance": Operation("number", math.dist, "distance({0}, {1})"),
     # vectors
-    "cross": Operation("triple", cross, "cross({0}, {1})", materialx="crossproduct"),
+    "cross": Operation("triple", cross, "cross({0}, {1})"),
     "normalize": Operation("triple", normalize, "safe_normalize({0})", MATH),
     "project": Operation("triple", project, "project({0}, {1})", MATH),
     "reflect": Operation("triple", reflect, "reflect({0}, safe_normalize({1}))", MATH),
