@@ -410,6 +410,20 @@ def links() -> Iterator[Setting]:
 
     for kind in FOLDED:
         yield Setting(f"{kind} ahead of rendering", partial(computed, kind=kind))
+
+    def switched(tree: Tree, data: str, entry: str) -> Socket:
+        made = tree.nodes.new("GeometryNodeMenuSwitch")
+        made.data_type = data
+        made.enum_items.clear()
+        for name in ("first", "second"):
+            made.enum_items.new(name)
+        for name, socket in zip(("a", "p"), list(made.inputs)[1:3], strict=True):
+            tree.links.new(from_attribute(tree, name), socket)
+        made.inputs[0].default_value = entry
+        return made.outputs[0]
+
+    for data, entry in itertools.product(("FLOAT", "VECTOR", "RGBA"), ("first", "second")):
+        yield Setting(f"menu switch {data} {entry}", partial(switched, data=data, entry=entry))
     for build in (muted_group, muted_link, reroutes, without_tree):
         yield Setting(build.__name__, build)
     for build, is_hidden in itertools.product((texture, facing), (False, True)):

@@ -71,7 +71,10 @@ class ImageTexture:
 
 @dataclass(frozen=True)
 class Attribute:
-    """An attribute by its name in Blender; without a name the active color attribute."""
+    """An attribute by its name in Blender; without a name the color attribute that renders.
+
+    The color of a number is gray, the alpha of what is no color is 1. An attribute that the mesh lacks is black.
+    """
 
     name: str
     output: Literal["color", "vector", "factor", "alpha"] = "color"

@@ -75,7 +75,17 @@ def _behind(output: Place) -> Place | None:
         return _group_output(output)
     if node.type == "GROUP_INPUT":
         return _group_input(output)
+    if node.bl_idname == "GeometryNodeMenuSwitch" and output.socket == node.outputs[0]:
+        return _switched(output)
     return None
+
+
+def _switched(output: Place) -> Place | None:
+    """Return the input of a Menu Switch that its menu chooses; None where that is not known, or has no such entry."""
+    menu = source(output.input(0)).socket
+    chosen = "" if menu.is_output else menu.default_value
+    names = [item.name for item in output.node.enum_items]
+    return output.input(1 + names.index(chosen)) if chosen in names else None
 
 
 def is_used(output: bpy.types.NodeSocket) -> bool:

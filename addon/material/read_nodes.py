@@ -31,7 +31,7 @@ from .links import Place, is_nothing, is_used, source, trail
 from .operations import Value
 from .textures import TEXTURES, operation_name
 
-NUMBERS, TRIPLES = {"VALUE", "INT", "BOOLEAN"}, {"RGBA", "VECTOR", "ROTATION"}
+NUMBERS, TRIPLES = {"VALUE", "INT", "BOOLEAN"}, {"RGBA", "VECTOR"}
 OWN_NORMAL = Coordinate("normal")
 FLAT = (0.5, 0.5, 1.0)  # the color of a normal map where the normal is the surface's own
 INTERVALS = 256  # of the tables that Cycles has of curves and color ramps
@@ -339,8 +339,6 @@ def _combine_vector(reader: NodeReader, output: Place) -> Expression:
 
 def _mix(reader: NodeReader, output: Place) -> Expression:
     node = output.node
-    if node.data_type == "ROTATION":
-        raise unsupported(output)
     factor, first, second = reader.inputs(output)
     if node.data_type == "RGBA":
         return formulas.blend(node.blend_type, factor, first, second, node.clamp_factor, node.clamp_result, output.label)
