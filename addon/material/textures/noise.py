@@ -65,7 +65,11 @@ def _distorted(dimensions: int, vector: Vector, w: float, scale: float, distorti
     return moved(p, (signed_noise(_elsewhere(p, axis)) * distortion for axis in range(dimensions)))
 
 
+def away(dimensions: int, seed: int) -> Coordinates:
+    """Return how far another place of the noise lies: 100 to 200 along each axis."""
+    keys = ((seed,),) if dimensions == 1 else ((seed, axis) for axis in range(dimensions))
+    return tuple(f32(100.0 + random(*key) * 100.0) for key in keys)
+
+
 def _elsewhere(p: Coordinates, seed: int) -> Coordinates:
-    """Return `p` moved by 100 to 200 along each axis."""
-    keys = ((seed,),) if len(p) == 1 else ((seed, axis) for axis in range(len(p)))
-    return moved(p, (f32(100.0 + random(*key) * 100.0) for key in keys))
+    return moved(p, away(len(p), seed))
