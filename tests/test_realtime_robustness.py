@@ -155,6 +155,11 @@ def stage(tmp_path: Path) -> Stage:
     return Stage(tmp_path)
 
 
+def pink() -> object:
+    """Return what a pixel of a missing image is in Blender."""
+    return pytest.approx((1.0 / math.pi, 0.0, 1.0 / math.pi, 1.0), rel=2e-6)
+
+
 def gray(radiance: float) -> object:
     """Return what a pixel of that radiance is, to a few roundings of 32 bits."""
     return pytest.approx((radiance, radiance, radiance, 1.0), rel=2e-6)
@@ -553,13 +558,12 @@ def with_empty_group(tree: bpy.types.NodeTree) -> None:
 
 
 @pytest.mark.parametrize("build", [without_nodes, without_closure, with_unlinked_group, with_empty_group])
-def test_material_that_cannot_be_read_has_its_viewport_color(stage: Stage, build: Callable[[bpy.types.NodeTree], None]) -> None:
+def test_material_without_a_closure_is_black(stage: Stage, build: Callable[[bpy.types.NodeTree], None]) -> None:
     material = bpy.data.materials.new("Unreadable")
-    material.diffuse_color = (0.4, 0.4, 0.4, 1.0)
     stage.square().data.materials.append(material)
     material.node_tree.nodes.clear()
     build(material.node_tree)
-    assert stage.render().at(0.0) == gray(0.5 * LIT)
+    assert stage.render().at(0.0) == gray(0.0)
 
 
 def test_empty_material_slot_is_gray(stage: Stage) -> None:
@@ -586,11 +590,11 @@ def white_image(width: int) -> bpy.types.Image:
     return image
 
 
-def test_missing_image_is_black_with_a_message(stage: Stage, image_node: bpy.types.Node, capfd) -> None:
+def test_missing_image_is_pink_with_a_message(stage: Stage, image_node: bpy.types.Node, capfd) -> None:
     image_node.image = bpy.data.images.new("Missing", 4, 4)
     image_node.image.source, image_node.image.filepath = "FILE", "/nowhere/missing.png"
     seen = stage.render()
-    assert seen.at(-1.0) == gray(0.0) and seen.at(1.0) == gray(LIT)
+    assert seen.at(-1.0) == pink() and seen.at(1.0) == gray(LIT)
     assert warnings(capfd) == ["Missing cannot be read"]
 
 
@@ -606,7 +610,7 @@ def test_image_of_any_width_is_drawn(stage: Stage, image_node: bpy.types.Node, c
     assert warnings(capfd) == []
 
 
-def test_image_that_the_driver_refuses_is_black(stage: Stage, image_node: bpy.types.Node, capfd, monkeypatch) -> None:
+def test_image_that_the_driver_refuses_is_pink(stage: Stage, image_node: bpy.types.Node, capfd, monkeypatch) -> None:
     image_node.image = white_image(4)
 
     def refuse(_: bpy.types.Image) -> None:
@@ -614,7 +618,7 @@ def test_image_that_the_driver_refuses_is_black(stage: Stage, image_node: bpy.ty
 
     monkeypatch.setattr(gpu.texture, "from_image", refuse)
     seen = stage.render()
-    assert seen.at(-1.0) == gray(0.0) and seen.at(1.0) == gray(LIT)
+    assert seen.at(-1.0) == pink() and seen.at(1.0) == gray(LIT)
     assert warnings(capfd) == ["The graphics driver has no room for White, which is not drawn"]
 
 

@@ -15,12 +15,13 @@ from mathutils import Matrix, Vector
 
 from true_diffuse.addon.blender.glsl import includes, source
 from true_diffuse.addon.material import materials
+from true_diffuse.addon.material.expression import Attribute, Constant, Expression, Image, ImageTexture, NormalMap, UvMap
+from true_diffuse.addon.material.surface import Surface
 from true_diffuse.addon.models import MODELS
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
 from true_diffuse.addon.realtime import meshes, program, renderer, scene_bounds, scene_cache, shadows
 from true_diffuse.addon.realtime.lights import Light, lights_to_bytes
-from true_diffuse.addon.realtime.materials import RenderMaterial
-from true_diffuse.addon.realtime.models import LAMBERT, SPECULAR, GlslModel, glsl_model
+from true_diffuse.addon.realtime.materials import RenderMaterial, surface_material, values_to_bytes
 from true_diffuse.addon.realtime.view import View
 
 WIDTH, HEIGHT = 48, 32
@@ -515,64 +516,116 @@ def test_view_that_turns_asks_no_part_where_it_is(stage: Stage, monkeypatch) -> 
 # ---- variants
 
 
-def variants(model: GlslModel = LAMBERT, kinds: frozenset[str] = frozenset(("SUN",))) -> Iterator[program.Variant]:
-    """Yield every combination of what a scene and a material may need of a model."""
-    scatterings = ((False, False), (False, True), (True, True))
-    either = (False, True)
-    for has_shadows, ambient, coat, paint, scattering in product(either, either, either, program.ColorInput, scatterings):
-        relief = has_shadows != coat  # with each of the others
-        yield program.Variant(model, paint, coat, *scattering, program.Lighting(kinds, has_shadows, ambient), relief)
+IMAGE = Image("Image", "sRGB", is_data=False)
+UV = UvMap("UVMap")
+PAINT = ImageTexture(IMAGE, UV)
+RELIEF = NormalMap(PAINT)
+# Parameters of surfaces with one feature each, by the definition that makes it
+FEATURES: dict[str, dict[str, Expression]] = {
+    "METAL": {"metallic": Constant(0.5)},
+    "TRANSMISSION": {"transmission_weight": Constant(0.5)},
+    "SUBSURFACE": {"subsurface_weight": Constant(0.5), "subsurface_radius": Constant((1.0, 1.0, 1.0))},
+    "SPECULAR": {"specular_weight": Constant(1.0)},
+    "HIGHLIGHT": {"highlight_weight": Constant(0.1)},
+    "COAT": {"coat_weight": Constant(0.5)},
+    "FUZZ": {"fuzz_weight": Constant(0.5)},
+    "EMISSION": {"emission_strength": Constant(1.0)},
+    "OPACITY": {"opacity": ImageTexture(IMAGE, UV, "alpha")},
+    "NORMAL": {"normal": RELIEF},
+}
+# What only the shader of a feature has
+OWN = {
+    "METAL": "ggx_radiance",
+    "TRANSMISSION": "ggx_radiance",
+    "SUBSURFACE": "burley_d",
+    "SPECULAR": "ggx_radiance",
+    "HIGHLIGHT": "blinn_phong_radiance",
+    "COAT": "ggx_radiance",
+    "FUZZ": "sheen_radiance",
+    "NORMAL": "tangent_space_normal",
+}
+SHADED = [  # of one feature, of none, and of several
+    *({name: values} for name, values in FEATURES.items()),
+    {},
+    {name: FEATURES[name] for name in ("METAL", "COAT", "NORMAL", "OPACITY")},
+    {name: FEATURES[name] for name in ("SPECULAR", "SUBSURFACE", "FUZZ", "EMISSION")},
+]
 
 
-def chosen(**names: bool) -> set[str]:
-    return {name for name, is_chosen in names.items() if is_chosen}
+def shaded(*chosen: dict[str, Expression], model: str = "lambert") -> RenderMaterial:
+    inputs: dict[str, Expression] = {}
+    for parameters in chosen:
+        inputs |= parameters
+    return surface_material(Surface(model, inputs), 1.0)
+
+
+def variant(material: RenderMaterial, lighting: program.Lighting, subsurface_in_scene: bool = False) -> program.Variant:
+    inputs = program.Inputs.of(material.code)
+    return program.Variant(material.model, inputs, material.features, subsurface_in_scene or material.has_subsurface, lighting)
+
+
+SUN = frozenset(("SUN",))
+LIGHTINGS = [program.Lighting(SUN, has_shadows, ambient) for has_shadows, ambient in product((False, True), (False, True))]
 
 
 def functions(text: str) -> set[str]:
     return set(re.findall(r"^\w+ (\w+)\(", text, re.MULTILINE))
 
 
-def test_what_a_scene_does_not_need_is_not_in_its_shader() -> None:
+@pytest.mark.parametrize("features", SHADED, ids=lambda features: "+".join(features) or "none")
+def test_what_a_scene_does_not_need_is_not_in_its_shader(features: dict[str, dict[str, Expression]]) -> None:
     """Files of functions, definitions, and what goes in and out; that the rest depends on these alone, the driver says below."""
-    for variant in variants():
-        made = program.surface_program(variant)
-        light, has = variant.lighting, functions(made.fragment)
-        assert ("coat_highlight" in has) == variant.coat
-        assert ("burley_d" in has) == variant.subsurface
-        assert "lambert_radiance" in has and not {"oren_nayar_radiance", "oren_nayar_albedo", "eon_radiance"} & has
-        defined = set(re.findall(r"^#define (\w+)$", made.fragment, re.MULTILINE))
-        needed = {
+    material = shaded(*features.values())
+    for light, elsewhere in product(LIGHTINGS, (False, True)):
+        made = program.surface_program(variant(material, light, elsewhere))
+        has = functions(made.fragment)
+        assert set(OWN.values()) & has == {OWN[name] for name in features if name in OWN}
+        diffuse = {"blinn_phong_radiance"} if "HIGHLIGHT" in features else {"lambert_radiance"}
+        assert diffuse <= has and not {"oren_nayar_radiance", "oren_nayar_albedo", "eon_radiance"} & has - diffuse
+        defined = set(re.findall(r"^#define (\w+)$", made.fragment, re.MULTILINE)) - {"PASS_ATTRIBUTES"}
+        is_glossy = bool({"METAL", "SPECULAR", "TRANSMISSION"} & set(features))
+        scatters = elsewhere or "SUBSURFACE" in features
+        needed = set(features)
+        for name, is_needed in {
             "SHADOWS": light.shadows,
             "AMBIENT": light.ambient,
-            "COAT": variant.coat,
-            "SUBSURFACE": variant.subsurface,
-            "SUBSURFACE_IN_SCENE": variant.subsurface_in_scene,
-            "COLOR_ATTRIBUTE": variant.color_input is program.ColorInput.ATTRIBUTE,
-            "COLOR_IMAGE": variant.color_input is program.ColorInput.IMAGE,
-            "NORMAL_MAP": variant.normal_map,
-        }
-        assert defined == chosen(**needed)
+            "MULTIPLE_SCATTERING": is_glossy,
+            "SPECULAR_TABLE": is_glossy or "COAT" in features,
+            "SUBSURFACE_IN_SCENE": scatters,
+        }.items():
+            needed |= {name} if is_needed else set()
+        assert defined == needed
         assert re.findall(r"^#define (SUN|POINT|SPOT|AREA) ", made.fragment, re.MULTILINE) == ["SUN"]
-        mapped = needed["NORMAL_MAP"]
-        assert set(made.samplers) == chosen(shadow_map=light.shadows, color_image=needed["COLOR_IMAGE"], normal_image=mapped)
+        has_image = bool({"NORMAL", "OPACITY"} & set(features))
+        assert ("shadow_map" in made.samplers, "image_0" in made.samplers) == (light.shadows, has_image)
+        assert ("specular_table" in made.samplers) == ("SPECULAR_TABLE" in needed)
         assert ("shadows" in made.uniform_blocks) == light.shadows
-        assert len(made.outputs) == (4 if variant.subsurface_in_scene else 1)
-        layers = chosen(color=needed["COLOR_ATTRIBUTE"], uv=needed["COLOR_IMAGE"], normal_uv=mapped, tangent=mapped)
-        assert set(made.attributes) - {"position", "normal"} == layers
+        assert len(made.outputs) == (4 if scatters else 1)
+        kinds = {name.rsplit("_", 1)[0] for name in set(made.attributes) - {"position", "normal"}}
+        assert kinds == ({"uv"} if has_image else set()) | ({"tangent"} if "NORMAL" in features else set())
 
 
 @pytest.mark.render
 def test_every_variant_compiles() -> None:
     """A driver refuses names that are not declared: so what is left out of a variant is nowhere asked for."""
-    for variant in variants():
-        renderer.compile_program(program.surface_program(variant))
+    for features in SHADED:
+        for light in (LIGHTINGS[0], LIGHTINGS[-1]):
+            renderer.compile_program(program.surface_program(variant(shaded(*features.values()), light)))
     kinds = frozenset(program.LIGHT_TYPES)
-    for model in (*map(glsl_model, MODELS.values()), SPECULAR):
-        renderer.compile_program(
-            program.surface_program(
-                program.Variant(model, program.ColorInput.NONE, True, True, True, program.Lighting(kinds, True, True))
-            )
-        )
+    for name in MODELS:
+        for highlight in ({}, FEATURES["HIGHLIGHT"]):
+            light = program.Lighting(kinds, True, True)
+            renderer.compile_program(program.surface_program(variant(shaded(highlight, model=name), light, True)))
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("name", [model.id for model in MODELS.values() if model.parameter])
+def test_model_whose_parameter_varies_computes_its_numbers_in_the_shader(name: str) -> None:
+    parameter = Surface(name).model_parameter
+    material = shaded({parameter: Attribute("Wear", "factor")}, model=name)
+    made = program.surface_program(variant(material, LIGHTINGS[-1]))
+    assert f"{name}_coefficients(" in material.code.text
+    renderer.compile_program(made)
 
 
 @pytest.mark.render
@@ -600,9 +653,9 @@ def test_each_combination_in_use_is_compiled_once(stage: Stage, sent: dict[str, 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_compiled_text_is_of_the_model_in_use_alone(model: str) -> None:
-    variant = program.Variant(glsl_model(MODELS[model]), program.ColorInput.NONE, False, False, False, program.Lighting())
+    made = program.surface_program(variant(shaded(model=model), program.Lighting()))
     others = {f"{other}_radiance" for other in MODELS if other not in (model, *includes(model))}
-    assert functions(program.surface_program(variant).fragment) & others == set()
+    assert functions(made.fragment) & others == set()
 
 
 # ---- uniform blocks
@@ -612,8 +665,9 @@ def std140(kind: str) -> int:
     """Return the bytes of a struct of program.py, all of whose members are aligned to 16 bytes."""
     light = source("lights").split("struct Light {")[1].split("};")[0]
     sizes = {"mat4": 64, "vec4": 16, "ivec4": 16, "Light": 16 * light.count("vec4")}
+    structs = program.STRUCTS | {"Material": MATERIAL_STRUCT}
     total = 0
-    for member in program.STRUCTS[kind].rstrip(";").split(";"):
+    for member in structs[kind].rstrip(";").split(";"):
         name, what = member.split()
         count = int(what.split("[")[1].rstrip("]")) if "[" in what else 1
         total += sizes[name] * count
@@ -621,9 +675,13 @@ def std140(kind: str) -> int:
 
 
 LIGHT = Light("AREA", (1.0, 2.0, 3.0), (0.0, 0.0, 1.0), (4.0, 5.0, 6.0), 0.0, 0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), False)
+METAL = shaded(FEATURES["METAL"])
+MATERIAL_STRUCT = re.search(
+    r"struct Material \{ (.*); \}", program.surface_program(variant(METAL, program.Lighting())).declarations
+)[1]
 PACKED = {
-    "View": View(Matrix(), Vector((0.0, 0.0, 1.0)), True, 1, 1).to_bytes((0.0, 0.0, 0.0)),
-    "Material": RenderMaterial(glsl_model(MODELS["oren_nayar"]), (1.0, 1.0, 1.0), (0.5,)).to_bytes(),
+    "View": View(Matrix(), Vector((0.0, 0.0, 1.0)), True, 1, 1).to_bytes((0.0, 0.0, 0.0), 0),
+    "Material": values_to_bytes(METAL.code),
     "Lights": lights_to_bytes([LIGHT]),
 }
 

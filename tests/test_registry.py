@@ -16,7 +16,9 @@ from true_diffuse.addon.blender.glsl import source
 from true_diffuse.addon.closures.lobe import PAIR
 from true_diffuse.addon.closures.lobes import Rendered
 from true_diffuse.addon.material import materials
+from true_diffuse.addon.material.expression import Constant
 from true_diffuse.addon.material.summary import material_summary, stated_error
+from true_diffuse.addon.material.surface import Surface
 from true_diffuse.addon.models import (
     MODELS,
     Fujii,
@@ -37,6 +39,7 @@ from true_diffuse.addon.models.terms import Expansion, Light, Number, SingleLigh
 from true_diffuse.addon.models.vector import Vector, from_polar
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
 from true_diffuse.addon.realtime import program
+from true_diffuse.addon.realtime.materials import surface_material
 from true_diffuse.addon.realtime.models import glsl_model
 from true_diffuse.addon.usd.nearest import Nearest
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
@@ -291,12 +294,13 @@ def test_new_model_is_said_to_be_lacking_in_osl(minnaert: ReflectanceModel) -> N
 
 
 def test_new_model_is_in_the_realtime_engine(minnaert: ReflectanceModel) -> None:
-    made = glsl_model(minnaert)
-    assert made.constants(USUAL) == (0.5,)
+    made = surface_material(Surface(minnaert.id, {"diffuse_roughness": Constant(USUAL["Roughness"])}), 1.0)
+    assert 0.5 in made.code.values
     lighting = program.Lighting(frozenset(("SUN",)), False, True)
-    text = program.surface_program(program.Variant(made, program.ColorInput.NONE, False, False, False, lighting)).fragment
-    assert "#define SURFACE MinnaertSurface surface = minnaert_surface(n, v, albedo, material.shape.x);" in text
-    assert "#define ALBEDO(mu) minnaert_albedo(mu, albedo, material.shape.x)" in text
+    variant = program.Variant(made.model, program.Inputs.of(made.code), made.features, False, lighting)
+    text = program.surface_program(variant).fragment
+    assert "#define SURFACE MinnaertSurface surface = minnaert_surface(n, v, albedo, inputs.shape);" in text
+    assert "#define ALBEDO(mu) minnaert_albedo(mu, albedo, inputs.shape)" in text
     assert source("geometry") in text and MINNAERT_GLSL in text and "oren_nayar_albedo" not in text
 
 

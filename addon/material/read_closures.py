@@ -153,7 +153,7 @@ class ClosureReader:
             scale = self.value(output, "subsurface_scale", names["Scale"])
             given["subsurface_radius"] = apply("multiply", given["subsurface_radius"], scale)
             given["coat_normal"] = given["normal"]
-            return surface(model.id, given, subsurface_method=METHODS[choice("Method")])
+            return surface(model.id, given, is_coat_averaged=True, subsurface_method=METHODS[choice("Method")])
         if key == PRINCIPLED:
             return self._principled(
                 output,

@@ -68,6 +68,9 @@ class Surface:
     """Blender's name of the method."""
     is_multi_scattering: bool = True
     """Whether the specular layers keep the light that their single scattering loses (Multiscatter GGX)."""
+    is_coat_averaged: bool = False
+    """Whether the coat reflects by its mean reflectance and keeps the light that its single scattering loses, as that of our
+    Subsurface group does, rather than by each microfacet's."""
     is_thin_wall: bool = False
     is_blended: bool = False
     """Whether the opacity blends sorted surfaces rather than dithers (Render Method)."""

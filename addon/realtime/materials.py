@@ -1,170 +1,205 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Materials as the realtime engine draws them: model, color, coat, subsurface scattering and normal map."""
+"""Materials as the realtime engine draws them: the GLSL of their inputs, the layers they have, and what is not drawn."""
 
 import struct
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import bpy
 
-from ..material.read import DEFAULT_UV, Names, group_node, read, read_color, read_number, source_socket
-from ..material.surface import Attribute, GroupSurface, Image, Rgb
-from ..models import by_label
-from ..nodes import SPECULAR_GROUP, SUBSURFACE
-from .mesh_attributes import MeshAttribute
-from .models import LAMBERT, SPECULAR, GlslModel, glsl_model
-from .program import ColorInput
+import gpu
+
+from ..material.expression import Constant, Coordinate, Expression, Image, apply
+from ..material.read import read_surface
+from ..material.surface import PARAMETERS, Loss, Surface
+from .expressions import Code, MeshAttribute, NotDrawn, Writer
+from .models import GlslModel, glsl_model, with_highlight
 
 MILLIMETER = 0.001  # m
-GRAY: Rgb = (0.8, 0.8, 0.8)  # Blender's color of faces without a material
-COLOR_SOCKETS = {"BSDF_PRINCIPLED": "Base Color", "BSDF_DIFFUSE": "Color", "SUBSURFACE_SCATTERING": "Color"}
+GRAY = (0.8, 0.8, 0.8)  # Blender's color of faces without a material
+OUR_SAMPLERS = 2  # the shadow map and the table of specular albedos
+FEWEST_SAMPLERS = 16  # of any driver
 
-
-@dataclass(frozen=True)
-class Texture:
-    """An image texture, and Blender's image, None where it has none."""
-
-    source: Image
-    image: bpy.types.Image | None = field(compare=False)
-
-    @property
-    def is_missing(self) -> bool:
-        """Whether there are no pixels to draw."""
-        return self.image is None or (not self.image.has_data and not self.image.size[0])
-
-
-@dataclass(frozen=True)
-class NormalMap:
-    """A tangent space normal map. `strength` scales it along u and v, with a sign; `tangents` names the UV map of its tangents."""
-
-    texture: Texture
-    strength: tuple[float, float]
-    tangents: str
+# The layers and parts of a surface, by the parameter that makes a material have them: each a definition for the shaders
+FEATURES: Mapping[str, str] = {
+    "metallic": "METAL",
+    "transmission_weight": "TRANSMISSION",
+    "subsurface_weight": "SUBSURFACE",
+    "specular_weight": "SPECULAR",
+    "highlight_weight": "HIGHLIGHT",
+    "coat_weight": "COAT",
+    "fuzz_weight": "FUZZ",
+    "emission_strength": "EMISSION",
+    "opacity": "OPACITY",
+    "normal": "NORMAL",
+    "coat_normal": "COAT_NORMAL",
+    "specular_anisotropy": "ANISOTROPY",
+}
+# The parameters that the shader of a feature reads, beside that which makes it
+READ: Mapping[str, tuple[str, ...]] = {
+    "METAL": ("specular_roughness", "specular_color"),
+    "TRANSMISSION": ("specular_roughness", "specular_ior", "specular_color"),
+    "SUBSURFACE": ("subsurface_radius",),
+    "SPECULAR": ("specular_roughness", "specular_ior", "specular_color"),
+    "HIGHLIGHT": ("highlight_exponent",),
+    "COAT": ("coat_roughness", "coat_ior", "coat_color"),
+    "FUZZ": ("fuzz_color", "fuzz_roughness"),
+    "EMISSION": ("emission_color",),
+    "ANISOTROPY": ("specular_rotation", "tangent"),
+}
+# A feature counts for nothing without one of these
+REQUIRED: Mapping[str, tuple[str, ...]] = {
+    "COAT_NORMAL": ("COAT",),
+    "ANISOTROPY": ("METAL", "SPECULAR", "TRANSMISSION"),
+}
+NOT_DRAWN: Mapping[str, tuple[str, str]] = {
+    "thin_film_thickness": ("Thin Film", "the surface is drawn without it"),
+    "transmission_weight": ("refraction", "light passes straight through, in the base color"),
+}
 
 
 @dataclass(frozen=True)
 class RenderMaterial:
     """A material as it is drawn.
 
-    `color`: albedo, 0 to 1; `source` multiplies it. `shape`: the up to four numbers that the model folds.
-    `coat`: weight, roughness (0 to 1), index of refraction. `scattering`: the mean free paths of red, green and blue in the scene's
-    units, and the weight.
+    `features` are definitions for the shaders. `code` computes its inputs, `shadow_code` the opacity alone, for shadows; None where
+    it is opaque. `images` are Blender's by the names that the code has, as far as they exist. `losses` say what is not drawn.
     """
 
     model: GlslModel
-    color: Rgb
-    shape: tuple[float, ...] = ()
-    coat: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    scattering: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
-    source: Attribute | Texture | None = None
-    normals: NormalMap | None = None
-
-    @property
-    def color_input(self) -> ColorInput:
-        """What multiplies the color."""
-        if self.source is None:
-            return ColorInput.NONE
-        return ColorInput.IMAGE if isinstance(self.source, Texture) else ColorInput.ATTRIBUTE
+    features: frozenset[str]
+    code: Code
+    shadow_code: Code | None = None
+    losses: tuple[Loss, ...] = ()
+    images: Mapping[str, bpy.types.Image] = field(default_factory=dict, compare=False, hash=False)
 
     @property
     def attributes(self) -> tuple[MeshAttribute, ...]:
         """The attributes that its meshes must have on the driver."""
-        needed: list[MeshAttribute] = []
-        if isinstance(self.source, Texture):
-            needed.append(("uv", self.source.source.primvar))
-        elif self.source:
-            needed.append(("color", self.source.primvar))
-        if self.normals:
-            needed += [("normal_uv", self.normals.texture.source.primvar), ("tangent", self.normals.tangents)]
-        return tuple(needed)
+        shadow = self.shadow_code.attributes if self.shadow_code else ()
+        return tuple(dict.fromkeys((*self.code.attributes, *shadow)))
 
     @property
-    def textures(self) -> dict[str, Texture]:
-        """Its image textures by the names of their samplers."""
-        color = {"color_image": self.source} if isinstance(self.source, Texture) else {}
-        return color | ({"normal_image": self.normals.texture} if self.normals else {})
+    def textures(self) -> tuple[Image, ...]:
+        """Its images."""
+        return tuple(dict.fromkeys((*self.code.images, *(self.shadow_code.images if self.shadow_code else ()))))
 
     @property
     def has_subsurface(self) -> bool:
         """Whether light scatters below the surface."""
-        return self.scattering[3] > 0.0 and any(self.scattering[:3])
+        return "SUBSURFACE" in self.features
 
-    def to_bytes(self) -> bytes:
-        """Return the struct Material of program.py."""
-        u, v = self.normals.strength if self.normals else (0.0, 0.0)
-        shape = (*self.shape, 0.0, 0.0, 0.0, 0.0)[:4]
-        return struct.pack("16f", *self.color, u, *shape, *self.coat, v, *self.scattering)
+    @property
+    def is_transparent(self) -> bool:
+        """Whether some samples see through it."""
+        return self.shadow_code is not None
+
+    def is_missing(self, image: Image) -> bool:
+        """Return whether there are no pixels of `image` to draw."""
+        found = self.images.get(image.name)
+        return found is None or (not found.has_data and not found.size[0])
+
+
+def values_to_bytes(code: Code) -> bytes:
+    """Return the struct Material of the shaders."""
+    return struct.pack(f"{len(code.values)}f", *code.values)
 
 
 def render_material(material: bpy.types.Material | None, meter: float) -> RenderMaterial:
-    """Return how `material` is drawn; `meter` is the length of a meter in the scene's units.
-
-    A material of another add-on or of Blender's own is drawn by Lambert's model with its base color.
-    """
+    """Return how `material` is drawn; `meter` is the length of a meter in the scene's units."""
     if material is None:
-        return RenderMaterial(LAMBERT, GRAY)
-    images = _Images()
-    group = group_node(material)
-    node = group[0] if group else _closure(material)
-    if node is None:
-        red, green, blue, _ = material.diffuse_color
-        return RenderMaterial(LAMBERT, (red, green, blue))
-    if group:
-        surface = read(*group, images.names)
-        result, source = _from_group(surface, meter), surface.linked.get("Color")
-    else:
-        color, source = read_color(node.inputs[COLOR_SOCKETS[node.type]], images.names)
-        result = RenderMaterial(LAMBERT, color)
-    if source:
-        source_or_texture = images.texture(source) if isinstance(source, Image) else source
-        result = replace(result, color=(source.factor,) * 3, source=source_or_texture)
-    return replace(result, normals=_normal_map(node.inputs["Normal"], images))
+        return surface_material(Surface("lambert", {"base_color": Constant(GRAY)}), meter)
+    reading = read_surface(material, 1.0 / meter)
+    return surface_material(reading.surface, meter, tuple(reading.losses), reading.images)
 
 
-class _Images:
-    """The images that a material's nodes refer to, by name."""
-
-    def __init__(self) -> None:
-        self._images: dict[str, bpy.types.Image] = {}
-        self.names = Names(self._add, str)
-
-    def texture(self, source: Image) -> Texture:
-        return Texture(source, self._images.get(source.file))
-
-    def _add(self, image: bpy.types.Image) -> str:
-        self._images[image.name_full] = image
-        return image.name_full
-
-
-def _from_group(surface: GroupSurface, meter: float) -> RenderMaterial:
-    """Return the material of one of our node groups, without what varies over the surface."""
-    model = SPECULAR if surface.group == SPECULAR_GROUP.key else glsl_model(by_label(surface.choice("Model")))
-    numbers = {name: float(value) for name, value in surface.inputs.items() if isinstance(value, (int, float))}
-    color = surface.rgb("Color")
-    if surface.group != SUBSURFACE.key:
-        return RenderMaterial(model, color, model.constants(numbers))
-    scale = max(0.0, numbers["Scale"]) * MILLIMETER * meter
-    red, green, blue = (max(0.0, length) * scale for length in surface.rgb("Subsurface Radius"))
-    weight = min(max(0.0, numbers["Subsurface"]), 1.0)
-    coat = (min(max(0.0, numbers["Specular"]), 1.0), min(max(0.0, numbers["Specular Roughness"]), 1.0), numbers["IOR"])
-    return RenderMaterial(model, color, model.constants(numbers), coat, (red, green, blue, weight))
+def surface_material(
+    surface: Surface, meter: float, losses: tuple[Loss, ...] = (), images: Mapping[str, bpy.types.Image] | None = None
+) -> RenderMaterial:
+    """Return how `surface` is drawn; `losses` are those of its reading, `images` Blender's by full name."""
+    said = list(losses)
+    features = features_of(surface)
+    writer = Writer(_samplers() - OUR_SAMPLERS)
+    names = ["base_color", *(name for name, feature in FEATURES.items() if feature in features)]
+    names += dict.fromkeys(name for feature, read in READ.items() if feature in features for name in read if name not in names)
+    for name in names:
+        _add(writer, name, _scaled(surface, name, meter), said)
+    model = glsl_model(surface.reflectance)
+    parameter = surface.reflectance.parameter
+    if parameter:
+        _add_shape(writer, surface, model, parameter.socket, said)
+    if "HIGHLIGHT" in features:
+        model = with_highlight(model)
+    shadow_code = None
+    if features & {"OPACITY", "TRANSMISSION"}:
+        shadow = Writer(_samplers() - OUR_SAMPLERS)
+        for name in ("opacity", "transmission_weight", "metallic", "base_color"):
+            _add(shadow, name, surface[name], [])
+        shadow_code = shadow.code()
+    said += [Loss(name, "", what, instead) for name, (what, instead) in NOT_DRAWN.items() if surface.uses(name)]
+    return RenderMaterial(model, features, writer.code(), shadow_code, tuple(dict.fromkeys(said)), images or {})
 
 
-def _closure(material: bpy.types.Material) -> bpy.types.Node | None:
-    """Return the closure of a material that is not ours; None where it has several or one that COLOR_SOCKETS lacks."""
-    output = material.node_tree.get_output_node("ALL") if material.node_tree else None
-    socket = source_socket(output.inputs["Surface"]) if output else None
-    return socket.node if socket and socket.node.type in COLOR_SOCKETS else None
+def plain_material(model: GlslModel, albedo: float, shape: tuple[float, ...]) -> RenderMaterial:
+    """Return a gray surface of a `model` with the numbers `shape`, without any layer."""
+    writer = Writer(0)
+    writer.add("base_color", Constant((albedo, albedo, albedo)))
+    if shape:
+        writer.add_numbers("shape", shape)
+    return RenderMaterial(model, frozenset(), writer.code())
 
 
-def _normal_map(socket: bpy.types.NodeSocket, images: _Images) -> NormalMap | None:
-    """Return the normal map linked to a Normal input; None for another node or space, or where its color is not one plain image."""
-    output = source_socket(socket)
-    node = output.node if output else None
-    if node is None or node.bl_idname != "ShaderNodeNormalMap" or node.mute or node.space != "TANGENT":
-        return None
-    _, source = read_color(node.inputs["Color"], images.names)
-    if not isinstance(source, Image) or source.factor != 1.0:
-        return None
-    strength = read_number(node.inputs["Strength"], images.names)
-    sign = -1.0 if node.convention == "DIRECTX" else 1.0
-    return NormalMap(images.texture(source), (strength, strength * sign), node.uv_map or DEFAULT_UV)
+def features_of(surface: Surface) -> frozenset[str]:
+    """Return the definitions that the shaders of `surface` have."""
+    found = {feature for name, feature in FEATURES.items() if surface.uses(name) and surface[name] != Constant(PARAMETERS[name])}
+    if surface["subsurface_radius"] == Constant((0.0, 0.0, 0.0)):
+        found.discard("SUBSURFACE")
+    for feature, either in REQUIRED.items():
+        if not found & set(either):
+            found.discard(feature)
+    if found & {"METAL", "SPECULAR", "TRANSMISSION"} and surface.is_multi_scattering:
+        found.add("MULTIPLE_SCATTERING")
+    if "COAT" in found and surface.is_coat_averaged:
+        found.add("AVERAGED_COAT")
+    if surface.is_culled:
+        found.add("CULLED")
+    return frozenset(found)
+
+
+def _add(writer: Writer, name: str, expression: Expression, said: list[Loss]) -> None:
+    """Add a parameter, or its default and a loss where its expression is not drawn."""
+    try:
+        writer.add(name, expression)
+    except NotDrawn as problem:
+        default = PARAMETERS[name]
+        shown = "the surface's own" if "normal" in name or name == "tangent" else f"{default}"
+        said.append(Loss(name, problem.label, str(problem), f"{shown} is drawn instead"))
+        writer.add(name, Constant(default))
+
+
+def _add_shape(writer: Writer, surface: Surface, model: GlslModel, socket: str, said: list[Loss]) -> None:
+    """Add the numbers that a model computes of its parameter: here of a constant, in the shader of what varies."""
+    expression = surface[surface.model_parameter]
+    if isinstance(expression, Constant):
+        writer.add_numbers("shape", model.constants({socket: float(expression.value)}))
+        return
+    _add(writer, surface.model_parameter, expression, said)
+    count = len(surface.reflectance.formula(surface.reflectance.parameter.usual).constants)
+    kind = f"vec{count}" if count > 1 else "float"
+    writer.add_call("shape", kind, f"{model.coefficients}({{{surface.model_parameter}}})")
+
+
+def _scaled(surface: Surface, name: str, meter: float) -> Expression:
+    """Return a parameter in the shaders' units."""
+    expression = surface[name]
+    if name == "subsurface_radius":
+        return apply("multiply", expression, MILLIMETER * meter)
+    return Coordinate("tangent") if name == "tangent" and not surface.uses(name) else expression
+
+
+def _samplers() -> int:
+    """Return how many images a shader may read here."""
+    try:
+        return gpu.capabilities.max_textures_frag_get()
+    except SystemError:  # no graphics context yet, as before a first render without a window
+        return FEWEST_SAMPLERS

@@ -6,15 +6,22 @@ from collections.abc import Sequence
 
 import bpy
 
-from ..material.read import DEFAULT_COLOR, DEFAULT_UV
+from .expressions import MeshAttribute
 
 CORNERS = 3  # of a triangle
+# By Blender's types of attributes: the property of an item that has its value, and its components
+COMPONENTS = {
+    "FLOAT": ("value", 1),
+    "INT": ("value", 1),
+    "INT8": ("value", 1),
+    "BOOLEAN": ("value", 1),
+    "FLOAT2": ("vector", 2),
+    "FLOAT_VECTOR": ("vector", 3),
+    "FLOAT_COLOR": ("color", 4),
+    "BYTE_COLOR": ("color", 4),
+}
 
 type Floats = memoryview[float]
-type MeshAttribute = tuple[str, str]
-"""The shader's name for it, a key of WIDTHS, and the name of the mesh's color attribute or UV map that it is made of."""
-
-WIDTHS = {"color": 4, "uv": 2, "normal_uv": 2, "tangent": 4}  # components
 
 
 def item_values(items: bpy.types.bpy_prop_collection, name: str, width: int = 1, kind: str = "f") -> array:
@@ -68,19 +75,73 @@ class Faces:
         return gathered(both, 4, last)
 
 
-def corner_colors(mesh: bpy.types.Mesh, name: str, corners: array[int]) -> Floats | array[float] | None:
-    """Return the linear color of each corner, `corners` being their vertices; None where `mesh` has no such attribute."""
-    index = mesh.color_attributes.render_color_index
-    is_default = name == DEFAULT_COLOR and 0 <= index < len(mesh.color_attributes)
-    attribute = mesh.color_attributes[index] if is_default else mesh.color_attributes.get(name)
-    if attribute is None:
-        return None
-    colors = item_values(attribute.data, "color", 4)
-    return gathered(colors, 4, corners) if attribute.domain == "POINT" else colors
+def corner_values(mesh: bpy.types.Mesh, attribute: MeshAttribute, corners: array[int]) -> Floats | array[float] | None:
+    """Return an attribute of each corner, `corners` being their vertices; None where `mesh` lacks it.
+
+    A tangent has the coordinates of its UV map. An attribute has the components of a color: a number three times and 1, a vector
+    and 1.
+    """
+    kind, name = attribute
+    match kind:
+        case "uv" | "tangent":
+            return _corner_uvs(mesh, name)
+        case "generated":
+            return _corner_generated(mesh, corners)
+        case "attribute":
+            return _corner_attribute(mesh, name, corners)
+    raise ValueError(f"{kind} is no kind of attribute")
 
 
-def corner_uvs(mesh: bpy.types.Mesh, name: str) -> array[float] | None:
-    """Return the UV coordinates of each corner; None where `mesh` has no such map."""
-    active = next((layer for layer in mesh.uv_layers if layer.active_render), None) if name == DEFAULT_UV else None
-    layer = active or mesh.uv_layers.get(name)
+def _corner_uvs(mesh: bpy.types.Mesh, name: str) -> array[float] | None:
+    """Return the UV coordinates of each corner; without a name those of the map that renders."""
+    layer = mesh.uv_layers.get(name) if name else next((layer for layer in mesh.uv_layers if layer.active_render), None)
     return item_values(layer.uv, "vector", 2) if layer else None
+
+
+def _corner_generated(mesh: bpy.types.Mesh, corners: array[int]) -> Floats:
+    """Return the place of each corner in the undeformed mesh's texture space, 0 to 1."""
+    places = item_values(mesh.vertices, "undeformed_co", 3)
+    for axis in range(3):
+        middle, half = mesh.texspace_location[axis], mesh.texspace_size[axis]
+        low, scale = middle - half, 0.5 / half if half else 0.0
+        places[axis::3] = array("f", ((place - low) * scale for place in places[axis::3]))
+    return gathered(places, 3, corners)
+
+
+def _corner_attribute(mesh: bpy.types.Mesh, name: str, corners: array[int]) -> Floats | array[float] | None:
+    """Return an attribute of each corner as a color; without a name the color attribute that renders."""
+    index = mesh.color_attributes.render_color_index
+    is_default = not name and 0 <= index < len(mesh.color_attributes)
+    attribute = mesh.color_attributes[index] if is_default else mesh.attributes.get(name) if name else None
+    if attribute is None or attribute.data_type not in COMPONENTS:
+        return None
+    item, width = COMPONENTS[attribute.data_type]
+    if item == "value":
+        numbers = [0] * len(attribute.data) if attribute.data_type != "FLOAT" else [0.0] * len(attribute.data)
+        attribute.data.foreach_get("value", numbers)
+        values = array("f", (float(number) for number in numbers))
+    else:
+        values = item_values(attribute.data, item, width)
+    colors = _as_colors(values, width)
+    match attribute.domain:
+        case "CORNER":
+            return colors
+        case "POINT":
+            return gathered(colors, 4, corners)
+        case "FACE":
+            totals = item_values(mesh.polygons, "loop_total", kind="i")
+            return gathered(colors, 4, [face for face, total in enumerate(totals) for _ in range(total)])
+    return None
+
+
+def _as_colors(values: array[float], width: int) -> array[float]:
+    """Return items of `width` components as colors."""
+    if width == 4:
+        return values
+    colors = array("f", (1.0,)) * (4 * (len(values) // width))
+    for axis in range(3):
+        if axis < width or width == 1:
+            colors[axis::4] = values[min(axis, width - 1) :: width]
+        else:
+            colors[axis::4] = array("f", bytes(4 * (len(values) // width)))
+    return colors

@@ -9,7 +9,8 @@ import bpy
 
 import gpu
 
-from .mesh_attributes import CORNERS, WIDTHS, Faces, Floats, MeshAttribute, corner_colors, corner_uvs, gathered, item_values
+from .expressions import WIDTHS, MeshAttribute, attribute_name
+from .mesh_attributes import CORNERS, Faces, Floats, corner_values, gathered, item_values
 
 MAX_HULL_TRIANGLES = 64  # meshes of more triangles have their box as hull
 LARGEST = 1e18  # its square is a finite 32-bit float, too
@@ -60,10 +61,7 @@ class Mesh:
         Each attribute is sent to the driver once. `scratch` returns a mesh that may be overwritten, possibly `mesh` itself.
         """
         missing = [name for name in dict.fromkeys(chain.from_iterable(wanted.values())) if name not in self._attributes]
-        all_values = {  # a tangent is computed from its UV map
-            (kind, name): corner_colors(mesh, name, self._corners) if kind == "color" else corner_uvs(mesh, name)
-            for kind, name in missing
-        }
+        all_values = {attribute: corner_values(mesh, attribute, self._corners) for attribute in missing}
         has_tangents = any(kind == "tangent" for kind, _ in missing)
         faces = Faces(mesh, self._corners, self._triangles) if has_tangents else None
         for (kind, name), values in all_values.items():
@@ -71,7 +69,7 @@ class Mesh:
                 values = faces.tangents(values, scratch())
             if values is None:  # as in Blender, a missing attribute is 0
                 values = array("f", bytes(4 * WIDTHS[kind] * len(self._corners)))
-            self._attributes[kind, name] = _vertices(len(self._corners), {kind: (WIDTHS[kind], values)})
+            self._attributes[kind, name] = _vertices(len(self._corners), {attribute_name((kind, name)): (WIDTHS[kind], values)})
         for slot, attributes in wanted.items():
             if (slot, attributes) not in self.batches:
                 batch = gpu.types.GPUBatch(type="TRIS", buf=self._surface, elem=self.slots[slot])

@@ -1,20 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the realtime shader calls for each model: functions of shaders/STEM.glsl, with what depends on the material alone folded.
-
-No bpy.
-"""
+"""What the realtime shader calls for each model: functions of shaders/STEM.glsl. No bpy."""
 
 import functools
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..blender.glsl import own_text
 from ..models.registry import MODELS, ReflectanceModel
 
 type Constants = tuple[float, ...]
 type Numbers = Mapping[str, float]
-"""A group's sockets by name."""
+"""A model's parameter by the name of its socket."""
 
 
 @dataclass(frozen=True)
@@ -22,8 +19,9 @@ class GlslModel:
     """A model in GLSL: `radiance` is an expression of n, l, v and albedo, `ambient` one of mu and albedo.
 
     `surface` are statements ahead of all lights, whose variables `radiance` may use; it, too, is of n, v and albedo. All may use
-    material.shape, a vec4 of the up to four numbers that `constants` returns. `ambient` needs shaders/`ambient_stem`.glsl, which is
-    the model's own where that is empty. `more` are functions beside those of the files.
+    `shape`, a float or vector of the up to four numbers that `constants` returns for a parameter, and the GLSL function
+    `coefficients` for one that varies over the surface. `ambient` needs shaders/`ambient_stem`.glsl, which is the model's own where
+    that is empty. `more` are functions beside those of the files.
     """
 
     stem: str
@@ -31,28 +29,50 @@ class GlslModel:
     radiance: str
     ambient: str
     constants: Callable[[Numbers], Constants]
+    coefficients: str = ""
     ambient_stem: str = ""
     more: str = ""
-
-
-def _model(stem: str, ambient_stem: str, constants: Callable[[Numbers], Constants], *shape: str) -> GlslModel:
-    """Return the model of shaders/STEM.glsl, whose functions get the components `shape` of material.shape."""
-    declared = re.search(rf"(\w+) {stem}_surface\(", own_text(stem))
-    if declared is None:
-        raise ValueError(f"{stem}.glsl declares no {stem}_surface")
-    folded = "".join(f", material.shape.{components}" for components in shape)
-    surface = f"{declared[1]} surface = {stem}_surface(n, v, albedo{folded});"
-    ambient = f"{stem}_albedo(mu, albedo{folded})"
-    return GlslModel(stem, surface, f"{stem}_radiance(surface, l)", ambient, constants, ambient_stem)
 
 
 @functools.cache
 def glsl_model(model: ReflectanceModel) -> GlslModel:
     """Return a registered model in GLSL; ValueError where its file does not declare its functions."""
-    usual = model.formula(*([model.parameter.usual] if model.parameter else []))
-    shape = "xyzw"[: len(usual.constants)]
-    return _model(model.id, model.glsl.albedo_stem, lambda inputs: model.reference(inputs).constants, *filter(None, [shape]))
+    stem = model.id
+    declared = re.search(rf"(\w+) {stem}_surface\(", own_text(stem))
+    if declared is None:
+        raise ValueError(f"{stem}.glsl declares no {stem}_surface")
+    shape = ", inputs.shape" if model.parameter else ""
+    return GlslModel(
+        stem,
+        f"{declared[1]} surface = {stem}_surface(n, v, albedo{shape});",
+        f"{stem}_radiance(surface, l)",
+        f"{stem}_albedo(mu, albedo{shape})",
+        lambda inputs: model.reference(inputs).constants,
+        f"{stem}_coefficients" if model.parameter else "",
+        model.glsl.albedo_stem,
+    )
+
+
+def with_highlight(model: GlslModel) -> GlslModel:
+    """Return a model with Blinn-Phong's highlight of `inputs.highlight_weight` and `inputs.highlight_exponent` over it."""
+    numbers = "inputs.highlight_weight, inputs.highlight_exponent"
+    if model is LAMBERT:
+        return replace(
+            model,
+            stem="blinn_phong",
+            surface=f"BlinnPhongSurface surface = blinn_phong_surface(n, v, albedo, {numbers});",
+            radiance="blinn_phong_radiance(surface, l)",
+            ambient=f"blinn_phong_albedo(mu, albedo, {numbers})",
+            ambient_stem="directional_albedo",
+        )
+    return replace(
+        model,
+        surface=f"{model.surface} BlinnPhongSurface highlight = blinn_phong_surface(n, v, vec3(0.0), {numbers});",
+        radiance=f"{model.radiance} + blinn_phong_radiance(highlight, l)",
+        ambient_stem="directional_albedo",
+        ambient=f"{model.ambient} + blinn_phong_albedo(mu, vec3(0.0), {numbers})",
+    )
 
 
 LAMBERT = glsl_model(MODELS["lambert"])
-SPECULAR = _model("blinn_phong", "directional_albedo", lambda inputs: (inputs["Specular"], inputs["Exponent"]), "x", "y")
+SPECULAR = with_highlight(LAMBERT)

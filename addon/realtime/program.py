@@ -7,9 +7,9 @@ lists.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import StrEnum
 
 from ..blender.glsl import FULLSCREEN_VERTEX_SHADER, SHADERS, source
+from .expressions import WIDTHS, Code, attribute_name
 from .models import GlslModel
 
 MAX_LIGHTS = 64
@@ -17,20 +17,22 @@ LIGHT_TYPES = ("SUN", "POINT", "SPOT", "AREA")  # Blender's; a light's number in
 # Only vectors and matrices of four components, where the std140 layout of uniform blocks pads nothing
 STRUCTS = {
     "View": "mat4 projection; vec4 camera; vec4 world;",
-    "Material": "vec4 color; vec4 shape; vec4 coat; vec4 scattering;",
     "Lights": f"ivec4 count; Light light[{MAX_LIGHTS}];",
     "Shadows": f"mat4 matrix[{MAX_LIGHTS}]; vec4 tile[{MAX_LIGHTS}]; vec4 texel[{MAX_LIGHTS}];",
     "Gather": "vec4 size; vec4 offset;",
 }
 GATHER_MAPS = ("radiance_map", "entering_map", "distance_map", "tint_map")  # the surface shader's outputs, in their order
-
-
-class ColorInput(StrEnum):
-    """What multiplies a material's color at each point; the value is the shader's definition."""
-
-    NONE = ""
-    ATTRIBUTE = "COLOR_ATTRIBUTE"
-    IMAGE = "COLOR_IMAGE"
+# Files of functions that the features of a material need
+FEATURE_STEMS: Mapping[str, tuple[str, ...]] = {
+    "SUBSURFACE": ("burley",),
+    "HIGHLIGHT": ("blinn_phong",),
+    "FUZZ": ("sheen",),
+    "COAT": ("ggx",),
+    "AVERAGED_COAT": ("coat",),
+    "METAL": ("ggx",),
+    "SPECULAR": ("ggx",),
+    "TRANSMISSION": ("ggx",),
+}
 
 
 @dataclass(frozen=True)
@@ -43,20 +45,35 @@ class Lighting:
 
 
 @dataclass(frozen=True)
+class Inputs:
+    """The part of a Code that makes its shader, without the values of its numbers."""
+
+    text: str
+    attributes: tuple[tuple[str, str], ...]
+    stems: tuple[str, ...]
+    images: int
+    vectors: int
+    """Of four numbers, in the block."""
+
+    @classmethod
+    def of(cls, code: Code) -> "Inputs":
+        """Return that part of `code`."""
+        return cls(code.text, code.attributes, code.stems, len(code.images), len(code.values) // 4)
+
+
+@dataclass(frozen=True)
 class Variant:
     """What determines a surface shader.
 
-    `subsurface`: the material has subsurface scattering. `subsurface_in_scene`: some material has, so that all shaders write the
+    `features` are the material's. `subsurface_in_scene`: some material has subsurface scattering, so that all shaders write the
     outputs that the gather pass reads.
     """
 
     model: GlslModel
-    color_input: ColorInput
-    coat: bool
-    subsurface: bool
+    inputs: Inputs
+    features: frozenset[str]
     subsurface_in_scene: bool
     lighting: Lighting
-    normal_map: bool = False
 
 
 @dataclass(frozen=True)
@@ -72,28 +89,35 @@ class Program:
     samplers: Mapping[str, str] = field(default_factory=dict)
     uniform_blocks: Mapping[str, str] = field(default_factory=dict)  # the blocks' structs by name
     outputs: tuple[str, ...] = ("result",)
-    declarations: str = ""  # of structs that the blocks' structs contain
+    declarations: str = ""  # of structs that STRUCTS lacks, or that its structs contain
+
+
+def reads_table(features: frozenset[str]) -> bool:
+    """Return whether the shader of a material with `features` reads the table of specular albedos."""
+    specular = {"METAL", "SPECULAR", "TRANSMISSION"} | ({"COAT"} if "AVERAGED_COAT" not in features else set())
+    return bool(features & specular)
 
 
 def surface_program(variant: Variant) -> Program:
     """Return the program that draws surfaces under all lights. Raises ValueError for a type of light it does not know."""
-    model, lighting = variant.model, variant.lighting
+    model, lighting, features = variant.model, variant.lighting, variant.features
     if unknown := lighting.types - set(LIGHT_TYPES):
         raise ValueError(f"unknown types of light: {', '.join(sorted(unknown))}")
+    has_table = reads_table(features)
     stems = [model.stem]
+    if lighting.ambient and model.ambient_stem:
+        stems.append(model.ambient_stem)
+    stems += [stem for feature in sorted(features) for stem in FEATURE_STEMS.get(feature, ())]
     definitions = [f"{name} {number}.0" for number, name in enumerate(LIGHT_TYPES) if name in lighting.types]
-    for is_used, name, included in (
-        (lighting.shadows, "SHADOWS", ()),
-        (lighting.ambient, "AMBIENT", (model.ambient_stem,) if model.ambient_stem else ()),
-        (variant.coat, "COAT", ("coat",)),
-        (variant.subsurface, "SUBSURFACE", ("burley",)),
-        (variant.subsurface_in_scene, "SUBSURFACE_IN_SCENE", ()),
-        (variant.color_input, str(variant.color_input), ()),
-        (variant.normal_map, "NORMAL_MAP", ()),
+    definitions += sorted(features)
+    for is_used, name in (
+        (lighting.shadows, "SHADOWS"),
+        (lighting.ambient, "AMBIENT"),
+        (has_table, "SPECULAR_TABLE"),
+        (variant.subsurface_in_scene, "SUBSURFACE_IN_SCENE"),
     ):
         if is_used:
             definitions.append(name)
-            stems += included
     # one type of light needs no branch
     light_type = next(iter(lighting.types)) if len(lighting.types) == 1 else "light.position.w"
     definitions += [
@@ -102,43 +126,71 @@ def surface_program(variant: Variant) -> Program:
         f"RADIANCE {model.radiance}",
         f"ALBEDO(mu) {model.ambient}",
     ]
-    defines = "\n".join(f"#define {definition}" for definition in definitions)
     comment, rest = source("lights").split("struct Light {", 1)
     members, functions = rest.split("};", 1)  # the struct is declared before the uniform blocks, which contain it
-    attributes, varyings = {"position": "VEC3", "normal": "VEC3"}, {"world_position": "VEC3", "world_normal": "VEC3"}
-    samplers = {"shadow_map": "FLOAT_2D"} if lighting.shadows else {}
-    if variant.color_input is ColorInput.ATTRIBUTE:
-        attributes["color"] = varyings["vertex_color"] = "VEC4"
-    if variant.color_input is ColorInput.IMAGE:
-        attributes["uv"] = varyings["vertex_uv"] = "VEC2"
-        samplers["color_image"] = "FLOAT_2D"
-    if variant.normal_map:
-        attributes |= {"normal_uv": "VEC2", "tangent": "VEC4"}
-        varyings |= {"vertex_normal_uv": "VEC2", "object_normal": "VEC3", "object_tangent": "VEC4"}
-        samplers["normal_image"] = "FLOAT_2D"
-    transform = _file("transform_normal")
-    blocks = {"view": "View", "material": "Material", "lights": "Lights"} | ({"shadows": "Shadows"} if lighting.shadows else {})
+    more = [comment, functions, source(*stems), model.more]
+    if has_table:
+        more.append(_file("specular_albedo"))
+    blocks = {"lights": "Lights"} | ({"shadows": "Shadows"} if lighting.shadows else {})
+    return _material_program(
+        "true_diffuse_surface",
+        variant.inputs,
+        definitions,
+        more,
+        "surface_fragment",
+        samplers=({"shadow_map": "FLOAT_2D"} if lighting.shadows else {}) | ({"specular_table": "FLOAT_2D"} if has_table else {}),
+        blocks=blocks,
+        constants={"object_number": "INT"} if "SUBSURFACE" in features else {},
+        outputs=("out_radiance", *(("out_entering", "out_distance", "out_tint") if variant.subsurface_in_scene else ())),
+        declarations=f"struct Light {{{members}}};\n",
+    )
+
+
+def transparent_shadow_program(inputs: Inputs) -> Program:
+    """Return the program that draws a material of `inputs` into a shadow map where its opacity is above a random threshold."""
+    return _material_program("true_diffuse_transparent_shadow", inputs, [], [], "transparent_shadow_fragment")
+
+
+def _material_program(
+    name: str,
+    inputs: Inputs,
+    definitions: Sequence[str],
+    functions: Sequence[str],
+    fragment: str,
+    samplers: Mapping[str, str] | None = None,
+    blocks: Mapping[str, str] | None = None,
+    constants: Mapping[str, str] | None = None,
+    outputs: tuple[str, ...] = ("result",),
+    declarations: str = "",
+) -> Program:
+    """Return a program that draws meshes by a material's `inputs`; `fragment` is a file of shaders/realtime, after `functions`."""
+    names = {attribute_name(attribute): f"VEC{WIDTHS[attribute[0]]}" for attribute in inputs.attributes}
+    passed = "".join(f" varying_{one} = {one};" for one in names)
+    point = ", ".join(("world_position", "object_position", *(f"varying_{one}" for one in names)))
+    defines = "\n".join(f"#define {one}" for one in (*definitions, f"PASS_ATTRIBUTES{passed}", f"SHADED_POINT Point({point})"))
     return Program(
-        name="true_diffuse_surface",
-        vertex="\n".join((defines, transform, _file("surface_vertex"))),
+        name=name,
+        vertex="\n".join((defines, _file("transform_normal"), _file("surface_vertex"))),
         fragment="\n".join(
             (
                 defines,
-                transform if variant.normal_map else "",
-                comment,
-                functions,
-                source(*stems),
-                model.more,
-                _file("surface_fragment"),
+                _file("transform_normal"),
+                _file("shaded_point"),
+                _file("transparency"),
+                *functions,
+                source(*inputs.stems),
+                inputs.text,
+                _file(fragment),
             )
         ),
-        attributes=attributes,
-        varyings=varyings,
-        constants={"object_matrix": "MAT4", "orientation": "FLOAT"} | ({"object_number": "INT"} if variant.subsurface else {}),
-        samplers=samplers,
-        uniform_blocks=blocks,
-        outputs=("out_radiance", *(("out_entering", "out_distance", "out_tint") if variant.subsurface_in_scene else ())),
-        declarations=f"struct Light {{{members}}};\n",
+        attributes={"position": "VEC3", "normal": "VEC3"} | names,
+        varyings=dict.fromkeys(("world_position", "world_normal", "object_position", "object_normal"), "VEC3")
+        | {f"varying_{one}": kind for one, kind in names.items()},
+        constants={"object_matrix": "MAT4", "orientation": "FLOAT"} | dict(constants or {}),
+        samplers=dict(samplers or {}) | {f"image_{index}": "FLOAT_2D" for index in range(inputs.images)},
+        uniform_blocks={"view": "View", "material": "Material"} | dict(blocks or {}),
+        outputs=outputs,
+        declarations=f"{declarations}struct Material {{ vec4 values[{inputs.vectors}]; }};\n",
     )
 
 
@@ -152,6 +204,11 @@ def shadow_program() -> Program:
         # from the object to the light's clip space; push constants hold two matrices, but Blender takes some of that
         constants={"matrix": "MAT4"},
     )
+
+
+def specular_table_program() -> Program:
+    """Return the program that integrates the table of specular albedos."""
+    return _fullscreen_program("specular_table", (), {}, "ggx")
 
 
 def subsurface_gather_program() -> Program:
@@ -186,8 +243,8 @@ def _fullscreen_program(
 
 def struct_declarations(program: Program) -> str:
     """Return the GLSL declarations of the structs in `program`'s uniform blocks."""
-    blocks = program.uniform_blocks.values()
-    return program.declarations + "".join(f"struct {name} {{ {STRUCTS[name]} }};\n" for name in blocks)
+    names = [name for name in program.uniform_blocks.values() if name in STRUCTS]
+    return program.declarations + "".join(f"struct {name} {{ {STRUCTS[name]} }};\n" for name in names)
 
 
 def _file(name: str) -> str:

@@ -9,29 +9,35 @@ from functools import cache
 from threading import RLock
 
 import gpu
+from mathutils import Vector
 
 from ..blender.glsl import triangle
 from . import shadows
+from .expressions import Code, Image
 from .lights import lights_to_bytes
-from .materials import RenderMaterial, Texture
+from .materials import RenderMaterial, values_to_bytes
 from .program import (
     GATHER_MAPS,
+    Inputs,
     Program,
     Variant,
     accumulate_program,
+    reads_table,
     resolve_program,
     shadow_program,
+    specular_table_program,
     struct_declarations,
     subsurface_gather_program,
     surface_program,
+    transparent_shadow_program,
 )
 from .scene_bounds import SceneBounds
 from .scene_cache import DrawItem, SceneCache
 from .view import View, sample_offset
 
-EXTENSIONS = {"periodic": "REPEAT", "clamp": "EXTEND", "black": "CLAMP_TO_BORDER", "mirror": "MIRRORED_REPEAT"}
 TRANSPARENT = (0.0, 0.0, 0.0, 0.0)
-PLACEHOLDERS = {"color_image": TRANSPARENT, "normal_image": (0.5, 0.5, 1.0, 1.0)}  # for missing images: black, flat
+MISSING = (1.0, 0.0, 1.0, 1.0)  # the color of missing images in Blender
+SPECULAR_TABLE_SIZE = (32, 32 * 16 + 1)  # as in shaders/realtime/specular_table.glsl
 FAR = (1e30, 1e30, 1e30, 1e30)
 GATHER_STEPS = (0.8191725133961645, 0.6710436067037893)  # a sequence that fills a square evenly, other than sample_offset's
 
@@ -78,14 +84,15 @@ class Renderer:
         self.cache = cache
         self.warnings: list[str] = []
         self._triangle = triangle()
-        self._materials: dict[RenderMaterial, gpu.types.GPUUniformBuf] = {}
-        self._images: dict[Texture, gpu.types.GPUTexture] = {}
+        self._values: dict[Code, gpu.types.GPUUniformBuf] = {}
+        self._images: dict[Image, gpu.types.GPUTexture] = {}
         self._allocated: RenderTargets | None = None
         self._shadow_map: gpu.types.GPUTexture | None = None
         self._tiles: list[shadows.Tile] | None = None
         self._items: list[DrawItem] = []
         self._bounds: SceneBounds | None = None
         self._draws: list[tuple[Variant, RenderMaterial, list[DrawItem]]] = []
+        self._has_transparent_shadows = False
         self._samples = 0
 
     @property
@@ -98,15 +105,9 @@ class Renderer:
         """Send to the driver what `cache` has read anew."""
         cache = self.cache
         materials = dict.fromkeys(cache.materials.values())
-        self._materials = {
-            material: self._materials.get(material) or _uniform_buffer(material.to_bytes()) for material in materials
-        }
-        self.warnings = []
-        self._images = {
-            texture: self._image(texture, PLACEHOLDERS[name])
-            for material in materials
-            for name, texture in material.textures.items()
-        }
+        codes = dict.fromkeys(code for material in materials for code in (material.code, material.shadow_code) if code is not None)
+        self._values = {code: self._values.get(code) or _uniform_buffer(values_to_bytes(code)) for code in codes}
+        self.refresh_images()
         if cache.items is not self._items:  # the lights may have changed, too
             self._items, self._tiles, self._bounds = cache.items, None, None
             self._lights = _uniform_buffer(lights_to_bytes(cache.lights))
@@ -117,11 +118,20 @@ class Renderer:
         draws = ((cache.variant(material), material, visible[material]) for material in materials if visible[material])
         self._draws = sorted(draws, key=lambda draw: repr(draw[0]))
 
+    def refresh_images(self) -> bool:
+        """Send to the driver the images whose pixels have changed; return whether there are any."""
+        before, self.warnings = self._images, []
+        materials = dict.fromkeys(self.cache.materials.values())
+        self._images = {image: self._image(material, image) for material in materials for image in material.textures}
+        return self._images != before
+
     def compile(self) -> Iterator[str]:
         """Compile the shaders in use; yields a message before each, as it may take a moment. Raises DriverError."""
         for variant in dict.fromkeys(variant for variant, _, _ in self._draws):
             yield f"Compiling {variant.model.stem}"
             compiled(surface_program, variant)
+            if reads_table(variant.features):
+                specular_table()
 
     def begin(self, view: View) -> None:
         """Start an empty picture of `view`, and draw the shadow maps. Raises DriverError."""
@@ -133,13 +143,16 @@ class Renderer:
         self._targets.sum.clear(format="FLOAT", value=TRANSPARENT)
         self._samples = 0
         with PROGRAM_LOCK:
-            self._draw_shadows(view)
+            self._draw_shadows(view, 0)
 
     def add(self, view: View, sample: int, filter_size: float, background: Rgba) -> None:
         """Draw one sample of every pixel over `background` and add it to the picture; `filter_size` is in pixels."""
         shifted = view.shifted(*sample_offset(sample, filter_size))
         with PROGRAM_LOCK:
-            self._draw_surfaces(self._targets, shifted)
+            if sample and self._has_transparent_shadows:
+                self._tiles = None
+                self._draw_shadows(view, sample)
+            self._draw_surfaces(self._targets, shifted, sample)
             if self._targets.subsurface:
                 self._gather_subsurface(self._targets, shifted, sample)
             self._accumulate(self._targets, background)
@@ -174,7 +187,7 @@ class Renderer:
         pixels.dimensions = 4 * targets.width * targets.height
         return pixels
 
-    def _draw_shadows(self, view: View) -> None:
+    def _draw_shadows(self, view: View, sample: int) -> None:
         """Draw the shadow maps, unless they are up to date."""
         if not self.cache.lighting().shadows:
             return
@@ -194,40 +207,61 @@ class Renderer:
         with self._shadow_buffer.bind():
             _use_depth_test()
             self._shadow_buffer.clear(color=FAR, depth=1.0)
-            shader = _bound(shadow_program)
+            casting = [(item, self.cache.materials[item.material]) for item in self.cache.items if item.casts_shadow]
+            transparent = [(item, material) for item, material in casting if material.shadow_code]
+            self._has_transparent_shadows = bool(transparent)
             for tile in tiles:
                 self._shadow_buffer.viewport_set(tile.x, tile.y, tile.size, tile.size)
-                for item in self.cache.items:
-                    if item.casts_shadow:
+                shader = _bound(shadow_program)
+                for item, material in casting:
+                    if not material.shadow_code:
                         shader.uniform_float("matrix", tile.matrix @ item.matrix)
-                        material = self.cache.materials[item.material]
                         item.mesh.batches[item.slot, material.attributes].draw(shader)
+                if transparent:
+                    self._draw_transparent_shadows(tile, transparent, sample)
             self._shadow_buffer.viewport_set(0, 0, width, width)
 
-    def _draw_surfaces(self, targets: RenderTargets, view: View) -> None:
+    def _draw_transparent_shadows(self, tile: shadows.Tile, casting: list[tuple[DrawItem, RenderMaterial]], sample: int) -> None:
+        """Draw into a light's part of the shadow map where this sample does not see through."""
+        light = self.cache.lights[tile.light]
+        is_spot = light.kind == "SPOT"
+        view = View(tile.matrix, Vector(light.position if is_spot else light.axis), is_spot, tile.size, tile.size)
+        view_block = _uniform_buffer(view.to_bytes(self.cache.world, sample))
+        for item, material in casting:
+            if material.shadow_code:
+                shader = _bound(transparent_shadow_program, Inputs.of(material.shadow_code))
+                self._give_inputs(shader, view_block, material.shadow_code)
+                _place(shader, item)
+                item.mesh.batches[item.slot, material.attributes].draw(shader)
+
+    def _give_inputs(self, shader: gpu.types.GPUShader, view_block: gpu.types.GPUUniformBuf, code: Code) -> None:
+        """Have `shader` read a view, the numbers of `code` and its images; the compiler drops what its text does not use."""
+        shader.uniform_block("view", view_block)
+        with suppress(ValueError):
+            shader.uniform_block("material", self._values[code])
+        for index, image in enumerate(code.images):
+            with suppress(ValueError):
+                shader.uniform_sampler(f"image_{index}", self._images[image])
+
+    def _draw_surfaces(self, targets: RenderTargets, view: View, sample: int) -> None:
         """Draw the nearest surface of every pixel."""
-        view_block = _uniform_buffer(view.to_bytes(self.cache.world))
+        view_block = _uniform_buffer(view.to_bytes(self.cache.world, sample))
         with targets.surface_buffer.bind():
             _use_depth_test()
             targets.surface_buffer.clear(color=TRANSPARENT, depth=1.0)
             gpu.state.front_facing_set(view.is_mirrored)  # a mirrored view reverses the winding of front faces
             for variant, material, items in self._draws:
                 shader = _bound(surface_program, variant)
-                shader.uniform_block("view", view_block)
-                shader.uniform_block("material", self._materials[material])
+                self._give_inputs(shader, view_block, material.code)
                 shader.uniform_block("lights", self._lights)
+                if reads_table(variant.features):
+                    shader.uniform_sampler("specular_table", specular_table())
                 if variant.lighting.shadows:
                     shader.uniform_block("shadows", self._shadow_block)
                     shader.uniform_sampler("shadow_map", self._shadow_map)
-                for name, texture in material.textures.items():
-                    # here, as all textures of one image share its state on the driver
-                    self._images[texture].extend_mode(EXTENSIONS[texture.source.wrap])
-                    shader.uniform_sampler(name, self._images[texture])
                 for item in items:
-                    shader.uniform_float("object_matrix", item.matrix)
-                    with suppress(ValueError):  # the compiler drops it where nothing depends on it: Lambert's model without lights
-                        shader.uniform_float("orientation", -1.0 if item.matrix.is_negative else 1.0)
-                    if variant.subsurface:
+                    _place(shader, item)
+                    if material.has_subsurface:
                         shader.uniform_int("object_number", item.number)
                     item.mesh.batches[item.slot, material.attributes].draw(shader)
             gpu.state.front_facing_set(False)
@@ -258,18 +292,14 @@ class Renderer:
             self._triangle.draw(shader)
             gpu.state.blend_set("NONE")
 
-    def _image(self, texture: Texture, placeholder: Rgba) -> gpu.types.GPUTexture:
-        """Return a texture's image on the driver, or one pixel of `placeholder` where it is missing or too large."""
-        if not texture.is_missing:
+    def _image(self, material: RenderMaterial, image: Image) -> gpu.types.GPUTexture:
+        """Return an image on the driver, or one pixel where it is missing, as in Blender, or too large."""
+        if not material.is_missing(image):
             try:
-                image = gpu.texture.from_image(texture.image)
-                image.filter_mode(True)
-                return image
+                return gpu.texture.from_image(material.images[image.name])
             except RuntimeError:
-                self.warnings.append(f"The graphics driver has no room for {texture.source.file}, which is not drawn")
-        image = gpu.types.GPUTexture((1, 1), format="RGBA32F")
-        image.clear(format="FLOAT", value=placeholder)
-        return image
+                self.warnings.append(f"The graphics driver has no room for {image.name}, which is not drawn")
+        return _missing()
 
 
 def compile_program(program: Program) -> gpu.types.GPUShader:
@@ -301,21 +331,49 @@ def compile_program(program: Program) -> gpu.types.GPUShader:
 
 
 @cache
-def compiled(make: Callable[..., Program], *arguments: Variant) -> gpu.types.GPUShader:
+def compiled(make: Callable[..., Program], *arguments: Variant | Inputs) -> gpu.types.GPUShader:
     """Return the shader of the program that `make` returns, compiled once. Raises DriverError."""
     return compile_program(make(*arguments))
 
 
-def _bound(make: Callable[..., Program], *arguments: Variant) -> gpu.types.GPUShader:
+def _bound(make: Callable[..., Program], *arguments: Variant | Inputs) -> gpu.types.GPUShader:
     """Return the shader `compiled` from what `make` returns, as the one that draws from here on."""
     shader = compiled(make, *arguments)
     shader.bind()
     return shader
 
 
+@cache
+def specular_table() -> gpu.types.GPUTexture:
+    """Return the table of specular albedos, integrated once. Raises DriverError."""
+    table = gpu.types.GPUTexture(SPECULAR_TABLE_SIZE, format="RGBA32F")
+    with gpu.types.GPUFrameBuffer(color_slots=table).bind():
+        gpu.state.depth_test_set("NONE")
+        gpu.state.blend_set("NONE")
+        triangle().draw(_bound(specular_table_program))
+    return table
+
+
+@cache
+def _missing() -> gpu.types.GPUTexture:
+    """Return one pixel in the color of missing images."""
+    texture = gpu.types.GPUTexture((1, 1), format="RGBA32F")
+    texture.clear(format="FLOAT", value=MISSING)
+    return texture
+
+
+def _place(shader: gpu.types.GPUShader, item: DrawItem) -> None:
+    """Place what `shader` draws next as `item` is; the compiler drops what its text does not use."""
+    shader.uniform_float("object_matrix", item.matrix)
+    with suppress(ValueError):
+        shader.uniform_float("orientation", -1.0 if item.matrix.is_negative else 1.0)
+
+
 def forget_shaders() -> None:
-    """Free all shaders on the driver."""
+    """Free all shaders on the driver, and the textures that no scene owns."""
     compiled.cache_clear()
+    specular_table.cache_clear()
+    _missing.cache_clear()
 
 
 atexit.register(forget_shaders)  # or Blender reports them as leaked memory

@@ -10,11 +10,11 @@ from mathutils import Matrix
 
 from ..material.read import Names, read_color, read_number, source_socket
 from ..material.surface import Rgb
+from .expressions import MeshAttribute
 from .lights import Light, read_light
 from .materials import RenderMaterial, render_material
-from .mesh_attributes import MeshAttribute
 from .meshes import Mesh, is_finite
-from .program import MAX_LIGHTS, Lighting, Variant
+from .program import MAX_LIGHTS, Inputs, Lighting, Variant
 
 MATERIAL_TYPES = (bpy.types.Material, bpy.types.NodeTree)
 GEOMETRY_TYPES = (bpy.types.Mesh, bpy.types.Curve, bpy.types.MetaBall)
@@ -54,6 +54,7 @@ class SceneCache:
     materials: dict[int, RenderMaterial] = field(default_factory=dict)
     world: Rgb = BLACK
     _warnings: list[str] = field(default_factory=list)
+    _names: dict[int, str] = field(default_factory=dict)  # of the materials
     _meshes: dict[Key, Mesh] = field(default_factory=dict)
     _users: dict[Key, set[int]] = field(default_factory=dict)  # session_uids of the data and the objects of each mesh
     _visibility: dict[int, tuple[bool, bool]] = field(default_factory=dict)  # of objects, to the camera and to shadows
@@ -67,9 +68,10 @@ class SceneCache:
     @property
     def warnings(self) -> list[str]:
         """What the picture lacks, one sentence each."""
-        textures = (texture for material in self.materials.values() for texture in material.textures.values())
-        missing = {texture.source.file for texture in textures if texture.is_missing}
-        return self._warnings + [f"{file} cannot be read" for file in sorted(missing)]
+        used = {uid: material for uid, material in self.materials.items() if uid in self._names}
+        missing = {image.name for material in used.values() for image in material.textures if material.is_missing(image)}
+        losses = [f"{self._names[uid]}: {loss}" for uid, material in used.items() for loss in material.losses]
+        return [*self._warnings, *(f"{name} cannot be read" for name in sorted(missing)), *losses]
 
     def lighting(self) -> Lighting:
         """Return what the scene's lights and world ask of all surface shaders."""
@@ -78,15 +80,8 @@ class SceneCache:
 
     def variant(self, material: RenderMaterial) -> Variant:
         """Return the shader variant for `material` under the scene's lights."""
-        return Variant(
-            model=material.model,
-            color_input=material.color_input,
-            coat=material.coat[0] > 0.0,
-            subsurface=material.has_subsurface,
-            subsurface_in_scene=self.has_subsurface,
-            lighting=self.lighting(),
-            normal_map=material.normals is not None,
-        )
+        inputs = Inputs.of(material.code)
+        return Variant(material.model, inputs, material.features, self.has_subsurface, self.lighting())
 
     def update(self, depsgraph: bpy.types.Depsgraph, is_shown: Callable[[bpy.types.Object], bool] = lambda _: True) -> None:
         """Read what changed since the last update. `is_shown` tells whether a viewport shows an object."""
@@ -123,6 +118,7 @@ class SceneCache:
         """Read objects, materials, lights and world."""
         self._is_read = False  # until the end, in case of an error
         self.items, self.lights, self.materials, self._warnings, self._visibility = [], [], {}, [], {}
+        self._names = {}
         before, self._meshes = self._meshes, {}
         override, meter = depsgraph.view_layer_eval.material_override, 1.0 / depsgraph.scene.unit_settings.scale_length
         for number, instance in enumerate(depsgraph.object_instances, 1):
@@ -184,6 +180,8 @@ class SceneCache:
             uid = material.original.session_uid if material else NO_MATERIAL
             if uid not in self.materials:
                 self.materials[uid] = render_material(material, meter)
+                if material:
+                    self._names[uid] = material.name
             wanted[slot] = self.materials[uid].attributes
             self.items.append(DrawItem(mesh, slot, uid, matrix, number, item.visible_camera, item.visible_shadow))
         mesh.prepare(data, wanted, item.to_mesh)

@@ -46,9 +46,9 @@ class View:
         x, y = (2.0 / max((row - row.dot(forward) * forward).length, 1e-30) for row in (right, up))
         return x / self.width, y / self.height
 
-    def to_bytes(self, world: tuple[float, float, float]) -> bytes:
-        """Return the struct View of program.py; `world` is the world's radiance [W/(m^2 sr)]."""
-        return matrix_to_bytes(self.projection) + struct.pack("8f", *self.eye, self.is_perspective, *world, 0.0)
+    def to_bytes(self, world: tuple[float, float, float], sample: int) -> bytes:
+        """Return the struct View of program.py; `world` is the world's radiance [W/(m^2 sr)], `sample` the sample's number."""
+        return matrix_to_bytes(self.projection) + struct.pack("8f", *self.eye, self.is_perspective, *world, sample)
 
 
 def matrix_to_bytes(matrix: Matrix) -> bytes:

@@ -55,6 +55,6 @@ def _constants(inputs: Numbers) -> Constants:
 
 def glsl_form(form: Form) -> GlslModel:
     """Return `form` as a model of the realtime engine, black where light is behind the surface; it reflects a sky as Lambert."""
-    shape = "material.shape.z, material.shape.x, material.shape.y"
+    shape = "inputs.shape.z, inputs.shape.x, inputs.shape.y"
     radiance = f"albedo * max(0.0, form(n, l, v, {shape}, 0.318309886183791))"
     return GlslModel("geometry", "", radiance, "albedo", _constants, more=form.function())

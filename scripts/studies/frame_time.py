@@ -16,9 +16,11 @@ import bpy
 import gpu
 from mathutils import Vector
 
+from true_diffuse.addon.material.expression import Constant
+from true_diffuse.addon.material.surface import Surface
 from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.models import MODELS, Specular
-from true_diffuse.addon.realtime.models import SPECULAR, GlslModel, glsl_model
+from true_diffuse.addon.realtime.materials import RenderMaterial, plain_material, surface_material
 from true_diffuse.addon.realtime.renderer import TRANSPARENT, Renderer
 from true_diffuse.addon.realtime.scene_cache import BLACK, SceneCache
 from true_diffuse.addon.realtime.view import View
@@ -28,7 +30,7 @@ from true_diffuse.scripts.studies.formulations import FORMS, glsl_form
 from true_diffuse.scripts.studies.study import Step, Table, pivot
 
 SIGMA = 0.33
-INPUTS = {"Roughness": SIGMA, "IOR": 1.5, "Specular": Specular().specular, "Exponent": Specular().exponent}
+INPUTS = {"Roughness": SIGMA}
 RESOLUTION, QUICK_RESOLUTION = (1920, 1080), (480, 270)
 ALBEDO = 0.8
 LIGHTS, ROUNDS = (1, 2, 4, 8), 5
@@ -42,11 +44,22 @@ CLOCKS = ("readback", "processor")
 
 PLAIN_LAMBERT, LAMBERT, OREN_NAYAR = "plain Lambert", "lambert.glsl", "oren_nayar.glsl"
 PLAIN = (PLAIN_LAMBERT, "plain (1), as printed", "plain (1), simplified", "plain (1), folded")
-SHIPPED = {f"{model.id}.glsl": glsl_model(model) for model in MODELS.values()}
-VARIANTS: Mapping[str, GlslModel] = {
-    **{name: glsl_form(form) for name, form in zip(PLAIN, FORMS, strict=True)},
+
+
+def _shipped(model: str, **inputs: float) -> RenderMaterial:
+    """Return a surface of a registered model without layers but those of `inputs`."""
+    given = {name: Constant(value) for name, value in inputs.items()}
+    return surface_material(Surface(model, {"base_color": Constant((ALBEDO,) * 3), **given}), 1.0)
+
+
+SHIPPED = {f"{name}.glsl": _shipped(name, diffuse_roughness=SIGMA) for name in MODELS}
+VARIANTS: Mapping[str, RenderMaterial] = {
+    **{
+        name: plain_material(glsl_form(form), ALBEDO, glsl_form(form).constants(INPUTS))
+        for name, form in zip(PLAIN, FORMS, strict=True)
+    },
     **SHIPPED,
-    f"{SPECULAR.stem}.glsl": SPECULAR,
+    "blinn_phong.glsl": _shipped("lambert", highlight_weight=Specular().specular, highlight_exponent=Specular().exponent),
 }
 GROWING = {name: VARIANTS[name] for name in (LAMBERT, OREN_NAYAR)}
 AS_BUILT_VARIANTS = {PLAIN_LAMBERT: VARIANTS[PLAIN_LAMBERT], **SHIPPED}
@@ -98,13 +111,12 @@ class Characters:
         triangles = sum(item.mesh.triangles for item in self._cache.items)
         return {"width": self._view.width, "height": self._view.height, "triangles": triangles}
 
-    def frame(self, model: GlslModel) -> Times:
-        """Draw everything with `model` at INPUTS and wait until it is done; return how long that took [s].
+    def frame(self, model: RenderMaterial) -> Times:
+        """Draw everything as `model` and wait until it is done; return how long that took [s].
 
         Processor time of all threads is the work of a driver that draws there.
         """
-        shape = model.constants(INPUTS)
-        self._cache.materials = {uid: replace(material, model=model, shape=shape) for uid, material in self._materials.items()}
+        self._cache.materials = dict.fromkeys(self._materials, model)
         renderer = self._renderer
         renderer.refresh()
         for _ in renderer.compile():
@@ -172,7 +184,7 @@ def is_software(renderer: str) -> bool:
     return any(name in renderer.lower() for name in SOFTWARE)
 
 
-def _series(quick: bool) -> dict[str, tuple[list[Setting], Mapping[str, GlslModel]]]:
+def _series(quick: bool) -> dict[str, tuple[list[Setting], Mapping[str, RenderMaterial]]]:
     """Return what is timed, by what changes from setting to setting: the settings, and the models that take turns in each."""
     if quick:
         return {"lights": ([Setting(count) for count in QUICK_LIGHTS], VARIANTS)}
@@ -190,7 +202,7 @@ def steps(characters: Characters, quick: bool) -> list[Step]:
     """
     rounds = QUICK_ROUNDS if quick else ROUNDS
 
-    def step(setting: Setting, models: Mapping[str, GlslModel], growing: list[Record], is_kept: bool = True) -> Step:
+    def step(setting: Setting, models: Mapping[str, RenderMaterial], growing: list[Record], is_kept: bool = True) -> Step:
         def measure() -> list[Record]:
             found = compare(characters, setting, models, rounds)
             growing.extend(one for one in found if one["model"] in GROWING)
@@ -208,7 +220,7 @@ def steps(characters: Characters, quick: bool) -> list[Step]:
     return [*found, step(Setting(0), AS_BUILT_VARIANTS, [])]
 
 
-def compare(characters: Characters, setting: Setting, models: Mapping[str, GlslModel], rounds: int) -> list[Record]:
+def compare(characters: Characters, setting: Setting, models: Mapping[str, RenderMaterial], rounds: int) -> list[Record]:
     """Return a record for each of `models` and each clock, timed in turns: medians and quartiles, also of the ratios."""
     about = {"lit_by": setting.lit_by, "lights": setting.lights, **characters.prepare(setting)}
     times = in_turns({name: partial(characters.frame, model) for name, model in models.items()}, rounds)

@@ -1,12 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One pixel of a surface under all lights. addon/realtime/program.py defines before it
+//     SHADED_POINT, material_inputs        the shaded point, and the struct of the material's parameters there
 //     SURFACE, RADIANCE, ALBEDO(mu)   the material's model: a statement before the loop over lights, its radiance for one, its ambient
 //     LIGHT_TYPE(light)               a light's type
 // and, where the scene or the material needs them,
-//     SUN, POINT, SPOT, AREA          the types' numbers
-//     SHADOWS, AMBIENT, COAT, COLOR_ATTRIBUTE, COLOR_IMAGE, NORMAL_MAP
-//     SUBSURFACE                      the material scatters light below its surface
-//     SUBSURFACE_IN_SCENE             some material does, so that all write the outputs that subsurface_gather.glsl reads
+//     SUN, POINT, SPOT, AREA    the types' numbers
+//     SHADOWS, AMBIENT
+//     METAL, TRANSMISSION, SUBSURFACE, SPECULAR, HIGHLIGHT, COAT, FUZZ, EMISSION, OPACITY   parts of the surface
+//     NORMAL, COAT_NORMAL, ANISOTROPY which have this
+//     AVERAGED_COAT                   the coat is that of coat.glsl
+//     MULTIPLE_SCATTERING             metal and specular keep the light that single scattering loses
+//     CULLED                          the back is not drawn
+//     SPECULAR_TABLE                  a layer reads the table of specular albedos
+//     SUBSURFACE_IN_SCENE             some material scatters light below its surface, so that all write the outputs that
+//                                     subsurface_gather.glsl reads
+// The layers are those of Cycles' Principled BSDF (intern/cycles/kernel/svm/closure.h): sheen over coat over emission over metal over
+// glass over specular over subsurface scattering and the model.
 
 #ifdef SHADOWS
 // Returns the fraction of a light that reaches the point: percentage-closer filtering of the 3x3 texels around it.
@@ -73,51 +82,147 @@ vec3 light_irradiance(Light light, vec3 position, out vec3 l)
     return vec3(0.0);
 }
 
-#ifdef NORMAL_MAP
-// Returns the normal map's normal in the world. It is relative to the object's interpolated normal n, tangent t and w (n x t), which
-// keep the lengths that interpolation gives them, as MikkTSpace requires.
-vec3 mapped_normal()
+#if defined(METAL) || defined(SPECULAR) || defined(TRANSMISSION)
+// Returns the tangent in which the roughness is largest.
+vec3 specular_tangent(MaterialInputs inputs, vec3 n)
 {
-    vec3 tangent_space = texture(normal_image, vertex_normal_uv).xyz * 2.0 - 1.0;
-    vec2 strength = vec2(material.color.w, material.coat.w);
-    tangent_space = vec3(tangent_space.xy * strength, mix(1.0, tangent_space.z, clamp(strength.x, 0.0, 1.0)));
-    vec3 bitangent = object_tangent.w * cross(object_normal, object_tangent.xyz);
-    vec3 mapped = transform_normal(
-        tangent_space.x * object_tangent.xyz + tangent_space.y * bitangent + tangent_space.z * object_normal);
-    return object_tangent.w != 0.0 && dot(mapped, mapped) > 0.0 ? mapped : world_normal; // w is 0 where there is no UV map
+#ifdef ANISOTROPY
+    vec3 tangent = inputs.tangent;
+    float turn = 6.28318530717959 * inputs.specular_rotation;
+    return tangent * cos(turn) + cross(n, tangent) * sin(turn) + n * (dot(n, tangent) * (1.0 - cos(turn)));
+#else
+    return vec3(0.0);
+#endif
 }
 #endif
 
-// Returns the unit normal of the visible side.
-vec3 visible_normal(vec3 normal)
+float largest(vec3 color)
 {
-    return gl_FrontFacing == (orientation > 0.0) ? normalize(normal) : -normalize(normal);
+    return max(color.r, max(color.g, color.b));
 }
 
 void main()
 {
-    vec3 v = view.camera.w == 0.0 ? view.camera.xyz : normalize(view.camera.xyz - world_position);
-    vec3 unmapped = visible_normal(world_normal), n = unmapped;
-#ifdef NORMAL_MAP
-    n = visible_normal(mapped_normal());
+    vec3 unmapped = surface_normal(), n = unmapped;
+    MaterialInputs inputs = material_inputs(SHADED_POINT);
+#ifdef CULLED
+    if (!is_front()) {
+        discard;
+    }
 #endif
+#ifdef NORMAL
+    n = safe_normal(inputs.normal);
+#endif
+    vec3 v = incoming_at(world_position);
     float n_dot_v = dot(n, v);
-    if (n_dot_v < 1e-4) { // an interpolated normal may face away from the viewer, who then is moved to its horizon
+    if (n_dot_v < 1e-4) { // a bent normal may face away from the viewer, who then is moved to its horizon
         v = normalize(v + n * (1e-4 - n_dot_v));
     }
-    vec3 albedo = material.color.rgb;
-#ifdef COLOR_ATTRIBUTE
-    albedo *= vertex_color.rgb;
+    float mu = clamp(dot(n, v), 0.0, 1.0);
+    vec3 albedo = max(inputs.base_color, 0.0);
+    vec3 weight = vec3(1.0); // of the light to and from the layers below
+    vec3 radiance = vec3(0.0);
+#ifdef FUZZ
+#ifdef COAT_NORMAL
+    vec3 fuzz_normal = normalize(mix(n, safe_normal(inputs.coat_normal), clamp(inputs.coat_weight, 0.0, 1.0)));
+#elif defined(COAT)
+    vec3 fuzz_normal = normalize(mix(n, unmapped, clamp(inputs.coat_weight, 0.0, 1.0)));
+#else
+    vec3 fuzz_normal = n;
 #endif
-#ifdef COLOR_IMAGE
-    albedo *= texture(color_image, vertex_uv).rgb;
+    SheenLobe fuzz_lobe = sheen_lobe(fuzz_normal, v, inputs.fuzz_roughness);
+    vec3 fuzz = max(inputs.fuzz_weight, 0.0) * max(inputs.fuzz_color, 0.0) * fuzz_lobe.albedo;
+    weight *= 1.0 - min(largest(fuzz), 1.0);
+#endif
+#ifdef COAT
+#ifdef COAT_NORMAL
+    vec3 coat_normal = safe_normal(inputs.coat_normal);
+#else
+    vec3 coat_normal = unmapped;
+#endif
+    float coat_roughness = clamp(inputs.coat_roughness, 0.0, 1.0), coat_ior = max(inputs.coat_ior, 1.0);
+    float coat_mu = clamp(dot(coat_normal, v), 0.0, 1.0);
+    vec3 coat = weight * max(inputs.coat_weight, 0.0);
+#ifdef AVERAGED_COAT
+    CoatSurface coat_lobe = coat_surface(coat_normal, v, coat_roughness);
+    float coat_albedo = coat_fresnel(coat_mu, coat_roughness, coat_ior);
+#else
+    GgxLobe coat_lobe = ggx_lobe(coat_normal, v, vec3(0.0), ggx_alpha(coat_roughness, 0.0));
+    vec4 coat_table = specular_albedo(coat_roughness, coat_mu, coat_ior);
+    float coat_albedo = mix(ggx_f0(coat_ior), 1.0, coat_table.x);
+#endif
+    weight *= 1.0 - clamp(inputs.coat_weight * coat_albedo, 0.0, 1.0);
+    float coat_path = 1.0 / sqrt(1.0 - (1.0 - coat_mu * coat_mu) / (coat_ior * coat_ior) + 1e-6);
+    weight *= mix(vec3(1.0), pow(max(inputs.coat_color, 1e-6), vec3(coat_path)), inputs.coat_weight);
+#endif
+#ifdef EMISSION
+    radiance += weight * inputs.emission_color * inputs.emission_strength;
+#endif
+#if defined(METAL) || defined(SPECULAR) || defined(TRANSMISSION)
+    float roughness = clamp(inputs.specular_roughness, 0.0, 1.0);
+#ifdef ANISOTROPY
+    vec2 alpha = ggx_alpha(roughness, inputs.specular_anisotropy);
+#else
+    vec2 alpha = ggx_alpha(roughness, 0.0);
+#endif
+    GgxLobe lobe = ggx_lobe(n, v, specular_tangent(inputs, n), alpha);
+#ifdef MULTIPLE_SCATTERING
+    float mean_albedo = specular_mean_albedo(roughness);
+#endif
+#endif
+#ifdef METAL
+    float metallic = clamp(inputs.metallic, 0.0, 1.0);
+    vec3 f0 = min(albedo, 1.0), dip = ggx_f82_dip(f0, clamp(inputs.specular_color, 0.0, 1.0));
+    vec3 metal = weight * metallic;
+    vec4 metal_table = specular_albedo(roughness, mu, 1.0);
+#ifdef MULTIPLE_SCATTERING
+    metal *= ggx_multiple(ggx_f82_mean(f0, dip), metal_table.y, mean_albedo);
+#endif
+    weight *= 1.0 - metallic;
+#endif
+    float see_through = 0.0;
+#ifdef TRANSMISSION
+    // What a glass lets through comes straight from behind; the color is the mean of the channels' chances.
+    float glass = clamp(inputs.transmission_weight, 0.0, 1.0);
+    float glass_ior = max(inputs.specular_ior, 1e-5);
+    vec4 glass_table = specular_albedo(roughness, mu, glass_ior);
+    vec3 glass_f0 = ggx_f0(glass_ior) * max(inputs.specular_color, 0.0);
+    vec3 glass_weight = weight * glass;
+    see_through = dot(glass_weight * (1.0 - mix(glass_f0, vec3(1.0), glass_table.x)) * sqrt(min(albedo, 1.0)), vec3(1.0 / 3.0));
+    weight *= 1.0 - glass;
+#endif
+#ifdef OPACITY
+    float opacity = clamp(inputs.opacity, 0.0, 1.0);
+#else
+    const float opacity = 1.0;
+#endif
+#if defined(OPACITY) || defined(TRANSMISSION)
+    if (is_seen_through(opacity * (1.0 - see_through))) {
+        discard;
+    }
+    float shown = 1.0 / max(1.0 - see_through, 1e-3); // what is shown stands for the samples that see through the glass, too
+    radiance *= shown;
+#else
+    const float shown = 1.0;
+#endif
+#ifdef SPECULAR
+    float ior = max(inputs.specular_ior, 1e-5);
+    float eta = ggx_ior(ggx_f0(ior) * max(inputs.specular_weight, 0.0));
+    eta = ior < 1.0 ? 1.0 / eta : eta;
+    vec3 specular_f0 = ggx_f0(eta) * max(inputs.specular_color, 0.0);
+    vec4 specular_entry = specular_albedo(roughness, mu, eta);
+    vec3 specular = eta == 1.0 ? vec3(0.0) : weight;
+    vec3 specular_part = specular * mix(specular_f0, vec3(1.0), specular_entry.x); // what it takes from the layers below
+#ifdef MULTIPLE_SCATTERING
+    float specular_mean = clamp((ggx_dielectric_mean(eta) - ggx_f0(eta)) / max(1.0 - ggx_f0(eta), 1e-6), 0.0, 1.0);
+    vec3 again = ggx_multiple(mix(specular_f0, vec3(1.0), specular_mean), specular_entry.y, mean_albedo);
+    specular *= again;
+    specular_part *= again * specular_entry.y;
+#endif
+    weight *= 1.0 - clamp(largest(specular_part / max(weight, 1e-6)), 0.0, 1.0);
 #endif
     SURFACE
-    vec3 radiance = vec3(0.0);
-#ifdef COAT
-    CoatSurface coat_layer = coat_surface(n, v, material.coat.y);
-    vec3 coat_radiance = vec3(0.0);
-#endif
+    vec3 diffuse = vec3(0.0), glossy = vec3(0.0);
 #ifdef SUBSURFACE
     vec3 entering = vec3(0.0); // irradiance of the surface [W/m^2]
 #endif
@@ -127,47 +232,72 @@ void main()
 #ifdef SHADOWS
         irradiance *= light_visibility(k, world_position, unmapped);
 #endif
-#ifdef NORMAL_MAP
+#if defined(NORMAL) || defined(COAT_NORMAL)
         irradiance *= step(0.0, dot(unmapped, l)); // no light comes through the surface
 #endif
-        radiance += irradiance * (RADIANCE);
-#ifdef COAT
-        coat_radiance += irradiance * coat_highlight(coat_layer, l);
+        diffuse += irradiance * (RADIANCE);
+#ifdef SPECULAR_TABLE
+        float cosine;
+#endif
+#if defined(METAL) || defined(SPECULAR) || defined(TRANSMISSION)
+        float reflected = ggx_radiance(lobe, l, cosine);
+#ifdef METAL
+        glossy += irradiance * reflected * metal * ggx_f82(cosine, f0, dip);
+#endif
+#ifdef TRANSMISSION
+        glossy += irradiance * reflected * glass_weight * mix(glass_f0, vec3(1.0), ggx_grazing(cosine, glass_ior));
+#endif
+#ifdef SPECULAR
+        glossy += irradiance * reflected * specular * mix(specular_f0, vec3(1.0), ggx_grazing(cosine, eta));
+#endif
+#endif
+#ifdef AVERAGED_COAT
+        glossy += irradiance * coat * (coat_albedo * coat_highlight(coat_lobe, l));
+#elif defined(COAT)
+        float coated = ggx_radiance(coat_lobe, l, cosine);
+        glossy += irradiance * coated * coat * ggx_dielectric(cosine, coat_ior);
+#endif
+#ifdef FUZZ
+        glossy += irradiance * fuzz * sheen_radiance(fuzz_lobe, l);
 #endif
 #ifdef SUBSURFACE
         entering += irradiance * max(dot(n, l), 0.0);
 #endif
     }
-#if defined(AMBIENT) || defined(COAT)
-    float mu = clamp(dot(n, v), 0.0, 1.0);
-#endif
 #ifdef AMBIENT
-    radiance += view.world.rgb * (ALBEDO(mu));
-#ifdef COAT
-    coat_radiance += view.world.rgb;
+    diffuse += view.world.rgb * (ALBEDO(mu));
+#ifdef METAL
+    vec3 metal_mean = mix(f0, vec3(1.0), metal_table.z) - dip * metal_table.w;
+    glossy += view.world.rgb * metal * metal_table.y * metal_mean;
+#endif
+#ifdef TRANSMISSION
+    glossy += view.world.rgb * glass_weight * glass_table.y * mix(glass_f0, vec3(1.0), glass_table.x);
+#endif
+#ifdef SPECULAR
+    glossy += view.world.rgb * specular * specular_entry.y * mix(specular_f0, vec3(1.0), specular_entry.x);
+#endif
+#ifdef AVERAGED_COAT
+    glossy += view.world.rgb * coat * coat_albedo;
+#elif defined(COAT)
+    glossy += view.world.rgb * coat * coat_table.y * coat_albedo;
+#endif
+#ifdef FUZZ
+    glossy += view.world.rgb * fuzz;
 #endif
 #ifdef SUBSURFACE
     entering += 3.14159265358979 * view.world.rgb;
 #endif
 #endif
-#ifdef COAT
-    float coat = material.coat.x * coat_fresnel(mu, material.coat.y, material.coat.z);
-#else
-    const float coat = 0.0;
-#endif
+    weight *= shown;
 #ifdef SUBSURFACE
-    float weight = material.scattering.w * (1.0 - coat); // the fraction of the light that scatters below the surface
-    radiance *= 1.0 - material.scattering.w;
+    float scattered = clamp(inputs.subsurface_weight, 0.0, 1.0); // the fraction of the light that scatters below the surface
+    diffuse *= 1.0 - scattered;
     out_entering = vec4(entering, float(object_number));
     float depth = view.camera.w == 0.0 ? -dot(view.camera.xyz, world_position) : 1.0 / gl_FragCoord.w;
-    out_distance = vec4(burley_d(albedo, material.scattering.rgb), depth); // depth [m] along the camera's axis
-    out_tint = vec4(albedo * (weight / 3.14159265358979), 1.0);
+    out_distance = vec4(burley_d(albedo, inputs.subsurface_radius), depth); // depth [m] along the camera's axis
+    out_tint = vec4(albedo * weight * (scattered / 3.14159265358979), 1.0);
 #elif defined(SUBSURFACE_IN_SCENE)
     out_entering = out_distance = out_tint = vec4(0.0);
 #endif
-    radiance *= 1.0 - coat;
-#ifdef COAT
-    radiance += coat * coat_radiance;
-#endif
-    out_radiance = vec4(radiance, 1.0);
+    out_radiance = vec4(radiance + weight * diffuse + shown * glossy, 1.0);
 }
