@@ -9,9 +9,10 @@ import bpy
 
 import gpu
 
-from ..material.expression import Constant, Coordinate, Expression, Image, apply
+from ..material.expression import Constant, Coordinate, Expression, Image, apply, number
 from ..material.read import read_surface
 from ..material.surface import PARAMETERS, Loss, Surface
+from ..models.registry import Parameter
 from .expressions import Code, MeshAttribute, NotDrawn, Writer
 from .models import GlslModel, glsl_model, with_highlight
 
@@ -127,7 +128,7 @@ def surface_material(
     model = glsl_model(surface.reflectance)
     parameter = surface.reflectance.parameter
     if parameter:
-        _add_shape(writer, surface, model, parameter.socket, said)
+        _add_shape(writer, surface, model, parameter, said)
     if "HIGHLIGHT" in features:
         model = with_highlight(model)
     shadow_code = None
@@ -177,14 +178,14 @@ def _add(writer: Writer, name: str, expression: Expression, said: list[Loss]) ->
         writer.add(name, Constant(default))
 
 
-def _add_shape(writer: Writer, surface: Surface, model: GlslModel, socket: str, said: list[Loss]) -> None:
+def _add_shape(writer: Writer, surface: Surface, model: GlslModel, parameter: Parameter, said: list[Loss]) -> None:
     """Add the numbers that a model computes of its parameter: here of a constant, in the shader of what varies."""
     expression = surface[surface.model_parameter]
     if isinstance(expression, Constant):
-        writer.add_numbers("shape", model.constants({socket: float(expression.value)}))
+        writer.add_numbers("shape", model.constants({parameter.socket: number(expression.value)}))
         return
     _add(writer, surface.model_parameter, expression, said)
-    count = len(surface.reflectance.formula(surface.reflectance.parameter.usual).constants)
+    count = len(model.constants({parameter.socket: parameter.usual}))
     kind = f"vec{count}" if count > 1 else "float"
     writer.add_call("shape", kind, f"{model.coefficients}({{{surface.model_parameter}}})")
 

@@ -49,7 +49,7 @@ PLAIN = (PLAIN_LAMBERT, "plain (1), as printed", "plain (1), simplified", "plain
 def _shipped(model: str, **inputs: float) -> RenderMaterial:
     """Return a surface of a registered model without layers but those of `inputs`."""
     given = {name: Constant(value) for name, value in inputs.items()}
-    return surface_material(Surface(model, {"base_color": Constant((ALBEDO,) * 3), **given}), 1.0)
+    return surface_material(Surface(model, {"base_color": Constant((ALBEDO, ALBEDO, ALBEDO)), **given}), 1.0)
 
 
 SHIPPED = {f"{name}.glsl": _shipped(name, diffuse_roughness=SIGMA) for name in MODELS}
