@@ -269,6 +269,8 @@ def value(socket: bpy.types.NodeSocket, stack: Stack) -> Value:
             return Value(attributes=frozenset({node.attribute_name}), operations=_alpha_of(output))
         case "RGB" | "VALUE":
             return constant(output.default_value)
+        case "LIGHT_PATH" if output.name == "Is Camera Ray":  # what is looked at, as in the nodes for glTF's unlit materials
+            return constant(1.0)
         case "MIX" | "MIX_RGB":
             return _mix(node, stack)
         case "MATH" if node.operation == "MULTIPLY":

@@ -73,6 +73,8 @@ def _channels(document: Json, material: Json, has_colors: bool) -> Candidates:
             found[channel] = product((_texture(document, values.get(texture), name), constant(values.get(factor, default))))
     if (specular := extensions.get("KHR_materials_specular")) and (texture := specular.get("specularColorTexture")):
         found["specular"] = product((found["specular"], _texture(document, texture, "rgb")))
+    if "KHR_materials_unlit" in extensions:
+        found["emission"] = found["base color"]
     return {channel: [value] for channel, value in found.items()}
 
 
