@@ -591,6 +591,7 @@ class Stage:
 
     def read(self, output: Socket) -> Expression:
         self.tree.links.new(output, self.emission.inputs["Color"])
+        self.reader = NodeReader()
         return self.reader.expression(Place(self.emission.inputs["Color"]))
 
     def image(self, source: str = "GENERATED", color_space: str = "sRGB") -> bpy.types.Image:
@@ -671,6 +672,21 @@ def test_image_texture_is_read_with_all_its_settings(stage: Stage) -> None:
     assert read == ImageTexture(expected, Coordinate("object"), "color", "CLIP", "Cubic", "BOX", 0.3, False, (5, 20, 3), True)
     assert stage.reader.images == {"picture": image}
     assert stage.read(node.outputs["Alpha"]) == apply("combine", *[replace(read, output="alpha", is_unassociated=True)] * 3)
+
+
+@pytest.mark.parametrize(
+    "file", [("PNG", "RGB"), ("PNG", "BW"), ("JPEG", "RGB"), ("OPEN_EXR", "RGB"), ("PNG", "RGBA"), ("OPEN_EXR", "RGBA")]
+)
+def test_alpha_of_a_file_without_it_is_1(stage: Stage, tmp_path: Path, file: tuple[str, str]) -> None:
+    settings = bpy.context.scene.render.image_settings
+    settings.file_format, settings.color_mode = file
+    path = str(tmp_path / "picture")
+    bpy.data.images.new("made", 4, 4, alpha=True, float_buffer=file[0] == "OPEN_EXR").save_render(path)
+    node = stage.node("ShaderNodeTexImage", image=bpy.data.images.load(path))
+    read = stage.read(node.outputs["Alpha"])
+    assert (read == Constant((1.0, 1.0, 1.0))) == (file[1] != "RGBA")
+    node.image.alpha_mode = "NONE"
+    assert stage.read(node.outputs["Alpha"]) == Constant((1.0, 1.0, 1.0))
 
 
 def test_image_of_a_library_has_its_full_name(stage: Stage, tmp_path: Path) -> None:

@@ -35,6 +35,7 @@ NUMBERS, TRIPLES = {"VALUE", "INT", "BOOLEAN"}, {"RGBA", "VECTOR"}
 OWN_NORMAL = Coordinate("normal")
 FLAT = (0.5, 0.5, 1.0)  # the color of a normal map where the normal is the surface's own
 INTERVALS = 256  # of the tables that Cycles has of curves and color ramps
+WITHOUT_ALPHA = (8, 24, 96)  # bits of a pixel: gray and RGB of bytes, RGB of floats
 ANIMATED = "keyed or driven: its value at this frame counts"
 
 
@@ -47,7 +48,7 @@ class UnsupportedInput(Exception):
 
 
 class NodeReader:
-    """Reads expressions.
+    """Reads expressions of materials that do not change meanwhile.
 
     Collects the `images` that they name, by full name, and `notes`: labels of nodes with what the user should know of each.
     """
@@ -55,7 +56,7 @@ class NodeReader:
     def __init__(self) -> None:
         self.images: dict[str, bpy.types.Image] = {}
         self.notes: list[tuple[str, str]] = []
-        self._known: dict[Place, Expression] = {}
+        self._read: dict[Place, Expression] = {}
         self._folded: dict[tuple[bpy.types.Node, tuple[bpy.types.Node, ...]], bool] = {}
 
     def expression(self, place: Place) -> Expression:
@@ -119,13 +120,13 @@ class NodeReader:
             self.notes.append(note)
 
     def _output(self, output: Place) -> Expression:
-        if output not in self._known:
+        if output not in self._read:
             read = READERS.get(output.node.bl_idname)
             if read is None:
                 raise unsupported(output)
             self._note_animation(output.node)
-            self._known[output] = read(self, output)
-        return self._known[output]
+            self._read[output] = read(self, output)
+        return self._read[output]
 
     def _is_known(self, origin: Place) -> bool:
         """Return whether Blender computes what `source` returned ahead of rendering, of constants alone."""
@@ -193,6 +194,8 @@ def _image_texture(reader: NodeReader, output: Place) -> Expression:
     if node.image is None:
         raise UnsupportedInput(output.label, "an image node without an image")
     _assert_unmapped(output)
+    if output.socket.identifier == "Alpha" and is_opaque(node.image):
+        return formulas.ONE
     vector = output.input("Vector")
     user = node.image_user
     is_played = node.image.source in ("SEQUENCE", "MOVIE")
@@ -208,6 +211,12 @@ def _image_texture(reader: NodeReader, output: Place) -> Expression:
         (user.frame_start, user.frame_duration, user.frame_offset) if is_played else (0, 0, 0),
         is_played and user.use_cyclic,
     )
+
+
+def is_opaque(image: bpy.types.Image) -> bool:
+    """Return whether an image is known to have the alpha 1 everywhere, as its file has no such channel or it does not count."""
+    has_one_file = image.source in ("FILE", "GENERATED")
+    return image.alpha_mode == "NONE" or (has_one_file and image.depth in WITHOUT_ALPHA)
 
 
 def _assert_unmapped(output: Place) -> None:

@@ -28,7 +28,6 @@ BY_TYPE: dict[str, Callable[..., Term]] = {
     "add": lambda a, b: a + b,
     "subtract": lambda a, b: a - b,
     "multiply": lambda a, b: a * b,
-    "multiply_add": lambda a, b, c: a * b + c,
     "absolute": lambda a: a.node("absval"),
     "minimum": Term.minimum,
     "maximum": Term.maximum,
