@@ -10,6 +10,16 @@ from ..nodes.principled import DIFFUSE_ROUGHNESS
 from .folding import NEGLIGIBLE, Use
 
 ROUGHNESS_OF = {PRINCIPLED.key: DIFFUSE_ROUGHNESS.name}  # by group: the name of the models' roughness, where it is another
+LAYERS = {
+    "Metallic": "metal",
+    "Transmission Weight": "transmission",
+    "Subsurface Weight": "subsurface",
+    "Coat Weight": "coat",
+    "Sheen Weight": "sheen",
+    "Emission Strength": "emission",
+}
+"""Of Principled Rough Diffuse, by their weights."""
+MOST_NAMED = 5  # inputs in one phrase
 
 
 def reasons(key: str, use: Use) -> Iterator[str]:
@@ -43,6 +53,8 @@ def reasons(key: str, use: Use) -> Iterator[str]:
             yield "coat (Specular is 0)"
     if roughness is not None and roughness < NEGLIGIBLE and model and model.is_rough:
         yield "lobes (Roughness is 0: one Lambert closure)"
+    if key == PRINCIPLED.key and (without := [layer for name, layer in LAYERS.items() if number(name) == 0.0]):
+        yield f"layers of weight 0 ({', '.join(without)})"
     color = use.inputs.get("Color")
     if isinstance(color, tuple) and max(color) < NEGLIGIBLE:
         yield "diffuse closures (Color is black)"
@@ -51,4 +63,4 @@ def reasons(key: str, use: Use) -> Iterator[str]:
         yield f"lights {', '.join(dark)} (none shines there)"
     constant = [name for name, value in use.inputs.items() if not isinstance(value, str) and name != "Normal"]
     if constant:
-        yield f"arithmetic on {', '.join(constant)}"
+        yield f"arithmetic on {', '.join(constant) if len(constant) <= MOST_NAMED else f'{len(constant)} constant inputs'}"
