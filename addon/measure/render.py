@@ -301,9 +301,9 @@ def radiance(scene: bpy.types.Scene, engine: engines.Engine, samples: int, seed:
     return seconds, rgb
 
 
-def mean_albedo(scene: bpy.types.Scene, samples: int) -> array[float]:
-    """Return the red albedo in every pixel of a scene's picture, rows from the top, with Cycles' pixel filter."""
-    engines.use(scene, engines.CYCLES, samples)
+def mean_albedo(scene: bpy.types.Scene, engine: engines.Engine, samples: int) -> array[float]:
+    """Return the red albedo in every pixel of a scene's picture, rows from the top, with the engine's pixel filter."""
+    engines.use(scene, engine, samples)
     layer = scene.view_layers[0]
     layer.use_pass_diffuse_color = True
     _, channels = _render(scene)

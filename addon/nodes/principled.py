@@ -12,9 +12,19 @@ T is what the layers above leave: `closures/principled_layers.py`. The rest is a
 t / (t + (1 - t) s) and, of what remains, Subsurface in full: so every layer has the weight that it has in one Principled.
 """
 
-from ..closures.principled_layers import coat_depth, level_f0, sheen_albedo, specular_albedo
+from ..closures.principled_layers import (
+    CYCLES,
+    EEVEE,
+    Interface,
+    Layers,
+    Table,
+    coat_depth,
+    level_f0,
+    sheen_albedo,
+    specular_albedo,
+)
 from ..models.registry import DEFAULT, MODELS, CyclesClosures, ReflectanceModel
-from .graph import NORMAL, Graph, Group, Operand, Socket, Value
+from .graph import NORMAL, Graph, Group, Number, Operand, Socket, Value
 from .rough_diffuse import MODEL, QUALITY, ROUGH_DIFFUSE
 
 FLOAT, COLOR_SOCKET, VECTOR = "NodeSocketFloat", "NodeSocketColor", "NodeSocketVector"
@@ -206,26 +216,43 @@ def build_layers(graph: Graph) -> dict[str, Value]:
     is_given = graph.math("GREATER_THAN", graph.vector_math("LENGTH", given, output="Value"), 0.0)
     coat_n = graph.mix(is_given, graph.geometry("Normal"), graph.normalize(given))
     coat_mu = graph.clamp(graph.dot(coat_n, incoming), 0.0, 1.0)
+    layers = engine_layers(graph)
 
     coat_weight = graph.maximum(value[COAT_WEIGHT.name], 0.0)
     sheen_n = graph.normalize(graph.mix(graph.minimum(coat_weight, 1.0), n, coat_n))
     sheen_mu = graph.clamp(graph.dot(sheen_n, incoming), 0.0, 1.0)
     sheen = graph.maximum(value[SHEEN_WEIGHT.name], 0.0) * brightest(value[SHEEN_TINT.name])
-    left = fraction(ALPHA) * graph.maximum(1.0 - sheen * sheen_albedo(sheen_mu, fraction(SHEEN_ROUGHNESS), graph), 0.0)
+    left = fraction(ALPHA) * graph.maximum(1.0 - sheen * sheen_albedo(layers, sheen_mu, fraction(SHEEN_ROUGHNESS), graph), 0.0)
 
     coat_ior = graph.maximum(value[COAT_IOR.name], 1.0)
-    coat = specular_albedo(coat_mu, fraction(COAT_ROUGHNESS), level_f0(coat_ior, 0.5), 1.0, 1.0, graph)
+    coat = specular_albedo(layers, coat_mu, fraction(COAT_ROUGHNESS), Interface(level_f0(coat_ior), 1.0, graph))
     left *= graph.maximum(1.0 - coat_weight * coat, 0.0)
-    depth = coat_depth(coat_mu, coat_ior, graph)
-    passed = graph.power(graph.maximum(value[COAT_TINT.name], 0.0), depth)
+    passed = graph.power(graph.maximum(value[COAT_TINT.name], 0.0), coat_depth(coat_mu, coat_ior, graph))
     tint = graph.mix(coat_weight, (1.0, 1.0, 1.0), passed)
     brightness = graph.maximum(brightest(tint), TINY)
 
     f0 = level_f0(graph.maximum(value[IOR.name], TINY), graph.maximum(value[LEVEL.name], 0.0))
-    keeps_all = graph.maximum(value[KEEPS_ALL.name], graph.in_eevee())  # EEVEE's distributions take equally much
-    specular = specular_albedo(mu, fraction(ROUGHNESS), f0, graph.maximum(brightest(value[TINT.name]), 0.0), keeps_all, graph)
+    interface = Interface(f0, graph.maximum(brightest(value[TINT.name]), 0.0), graph)
+    keeps_all = graph.maximum(value[KEEPS_ALL.name], graph.in_eevee())
+    specular = specular_albedo(layers, mu, fraction(ROUGHNESS), interface, keeps_all)
     left *= graph.maximum(1.0 - specular, 0.0) * brightness
     return {"Factor": left, "Tint": tint / brightness}
+
+
+def engine_layers(graph: Graph) -> Layers:
+    """Return the numbers of the engine that renders, as sockets where the engines differ."""
+    in_eevee = graph.in_eevee()
+
+    def number(row: int, column: int, cycles: Table, eevee: Table) -> Number:
+        a, b = (float(table[row][column]) if row < len(table) and column < len(table[row]) else 0.0 for table in (cycles, eevee))
+        return a if a == b else graph.multiply_add(in_eevee, b - a, a)
+
+    def table(cycles: Table, eevee: Table) -> Table:
+        rows = range(max(len(cycles), len(eevee)))
+        widths = [max(len(table[row]) if row < len(table) else 0 for table in (cycles, eevee)) for row in rows]
+        return [[number(row, column, cycles, eevee) for column in range(widths[row])] for row in rows]
+
+    return Layers(*map(table, CYCLES, EEVEE))
 
 
 LAYERS = Group(

@@ -270,7 +270,7 @@ class Five(TestScene):
         node.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
         for character in self.built.characters:
             character.subject.material_slots[0].material = white
-        return [pixel for pixel, rho in enumerate(render.mean_albedo(self.scene, MASK_SAMPLES)) if rho >= INSIDE]
+        return [pixel for pixel, rho in enumerate(render.mean_albedo(self.scene, CYCLES, MASK_SAMPLES)) if rho >= INSIDE]
 
 
 class Face(TestScene):
