@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from true_diffuse.addon.measure.render import openimageio
-from true_diffuse.addon.nodes import GROUPS, Group
+from true_diffuse.addon.nodes import GROUPS, PRINCIPLED, Group
 from true_diffuse.scripts.release import manual
 from true_diffuse.scripts.studies import pictures
 
@@ -24,7 +24,10 @@ def test_page_has_every_socket_and_its_picture(group: Group) -> None:
     page = (manual.PAGES / f"{group.key}.md").read_text(encoding="utf-8")
     assert re.findall(r"^## (.*)$", page, re.MULTILINE) == [socket.name for socket in group.inputs]
     names = re.findall(r"\]\((.*?\.webp)\)", page)
-    assert len(names) == len(group.inputs) - 1  # the normal has none
+    shown = [socket.name for socket in group.inputs if manual.has_picture(group, socket)]
+    assert names == [manual.picture_name(group, socket) for socket in group.inputs if socket.name in shown]
+    own = ["Model", "Diffuse Roughness", "Quality"]  # what the Principled BSDF lacks; the normal has none elsewhere
+    assert shown == (own if group is PRINCIPLED else [socket.name for socket in group.inputs if socket.name != "Normal"])
     assert all((manual.PAGES / name).is_file() for name in names)
 
 

@@ -62,7 +62,7 @@ def test_group_leaves_the_users_tree_of_the_same_name_alone() -> None:
 def test_group_explains_its_sockets(group) -> None:
     tree = group.ensure()
     assert tree.description and not tree.description.endswith(".")
-    items = {item.name: item for item in tree.interface.items_tree if item.in_out == "INPUT"}
+    items = {item.name: item for item in tree.interface.items_tree if item.item_type == "SOCKET" and item.in_out == "INPUT"}
     assert list(items) == [socket.name for socket in group.inputs]
     for socket in group.inputs:
         assert items[socket.name].description and not items[socket.name].description.endswith(".")
@@ -117,7 +117,7 @@ def test_osl_shader_has_the_sockets_of_the_group(tmp_path: Path) -> None:
     import oslquery
 
     shader = {parameter.name: parameter for parameter in oslquery.OSLQuery(str(bytecode)).parameters}
-    group = {item.name: item for item in tree.interface.items_tree if item.in_out == "INPUT"}
+    group = {item.name: item for item in tree.interface.items_tree if item.item_type == "SOCKET" and item.in_out == "INPUT"}
     assert set(shader) - {"BSDF"} == set(group) - {"Quality"}  # a quality is for rendering without OSL
     for name in ("Roughness", "IOR"):
         limits = {item.name: item.value for item in shader[name].metadata}

@@ -15,10 +15,9 @@ a smooth surface that reflects as much, which hardly depends on n:
     c^2 = mu^2 + P(mu, r),    1 - E = r^2 Q(mu, r)
 
 with polynomials P and Q. EEVEE does the same with other tables: another P and another sheen, and it takes both distributions for
-Multiscatter GGX. For indices of refraction from 1.3 to 2, over all views and roughnesses, what the specular layer or a coat leaves is
-off by 0.15 % RMS (GGX: 0.25 %) from Cycles, 0.45 % from EEVEE, and the albedo of a sheen by 0.0035 and 0.0005; a thin film is not
-known here. `scripts/fit/principled.py` finds the numbers. All functions take floats or
-sockets.
+Multiscatter GGX. For indices of refraction from 1.3 to 2, over all views and roughnesses, what the specular layer or a coat leaves
+is off by 0.15 % RMS (GGX: 0.25 %) from Cycles, 0.45 % from EEVEE, and the albedo of a sheen by 0.0035 and 0.0005; a thin film is
+not known here. `scripts/fit/principled.py` finds the numbers. All functions take floats or sockets.
 """
 
 from collections.abc import Sequence

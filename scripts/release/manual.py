@@ -45,16 +45,21 @@ VALUES: dict[str, dict[str, Sequence["Setting"]]] = {
         "IOR": (1.1, 1.4, 2.0),
     },
     "specular": {"Color": (DARK, WARM, COOL), "Specular": (0.0, 0.1, 0.4), "Exponent": (5.0, 20.0, 100.0)},
+    "principled": {"Diffuse Roughness": (0.0, 0.33, 1.0)},
 }
+WITHOUT_PICTURE = {("principled", "Distribution"), ("principled", "Subsurface Method")}  # Blender's own, as others of that group
 BASE: dict[str, dict[str, "Setting"]] = {  # the group's other inputs
     "rough_diffuse": {"Color": (0.6, 0.6, 0.6, 1.0)},
     "subsurface": {"Color": (0.65, 0.4, 0.3, 1.0), "Specular": 0.5},
     "specular": {"Color": (0.15, 0.15, 0.18, 1.0), "Specular": 0.2},
+    "principled": {"Base Color": (0.6, 0.6, 0.6, 1.0), "Roughness": 0.4},
 }
 OVERRIDES: dict[tuple[str, str], dict[str, "Setting"]] = {  # where those would hide what a socket does
     ("rough_diffuse", "Model"): {"Roughness": 0.7},
     ("rough_diffuse", "Quality"): {"Roughness": 1.0},
     ("rough_diffuse", "IOR"): {"Model": "Wolff"},
+    ("principled", "Model"): {"Diffuse Roughness": 0.7},
+    ("principled", "Quality"): {"Diffuse Roughness": 1.0},
     ("subsurface", "Model"): {"Subsurface": 0.0, "Specular": 0.0, "Roughness": 0.7},
     ("subsurface", "Roughness"): {"Subsurface": 0.0, "Specular": 0.0},
     ("subsurface", "Method"): {"Scale": 2.0},
@@ -62,8 +67,14 @@ OVERRIDES: dict[tuple[str, str], dict[str, "Setting"]] = {  # where those would 
     ("subsurface", "Specular Roughness"): {"Color": DARK, "Specular": 1.0},
     ("subsurface", "IOR"): {"Color": DARK, "Specular": 1.0},
 }
-IN_EEVEE = {("rough_diffuse", "Quality")}  # makes no difference in Cycles
-SOCKET_TYPES = {"NodeSocketFloat": "number", "NodeSocketColor": "color", "NodeSocketVector": "vector", "NodeSocketMenu": "menu"}
+IN_EEVEE = {("rough_diffuse", "Quality"), ("principled", "Quality")}  # makes no difference in Cycles
+SOCKET_TYPES = {
+    "NodeSocketFloat": "number",
+    "NodeSocketColor": "color",
+    "NodeSocketVector": "vector",
+    "NodeSocketMenu": "menu",
+    "NodeSocketBool": "checkbox",
+}
 
 
 def main() -> int:
@@ -89,7 +100,7 @@ def manual(samples: int, output: OutputFolder, terminal: Terminal) -> None:
     scene.render.image_settings.file_format = "PNG"
     scene.render.resolution_x = scene.render.resolution_y = SIZE
     scene.cycles.use_denoising = True
-    pictures = [(group, socket) for group in GROUPS for socket in group.inputs if _has_picture(group, socket)]
+    pictures = [(group, socket) for group in GROUPS for socket in group.inputs if has_picture(group, socket)]
     chosen_lights.choose([item for item in scene.objects if item.type == "LIGHT"])
     with terminal.progress(len(pictures)) as progress:
         for group, socket in pictures:
@@ -102,8 +113,10 @@ def manual(samples: int, output: OutputFolder, terminal: Terminal) -> None:
     terminal.say(f"Wrote {', '.join(output.publish())}")
 
 
-def _has_picture(group: "Group", socket: "Socket") -> bool:
-    return socket.kind == "NodeSocketMenu" or socket.name in VALUES[group.key]
+def has_picture(group: "Group", socket: "Socket") -> bool:
+    """Return whether the page of `group` shows what `socket` does."""
+    is_menu = socket.kind == "NodeSocketMenu" and (group.key, socket.name) not in WITHOUT_PICTURE
+    return is_menu or socket.name in VALUES[group.key]
 
 
 def strip(subject: "bpy.types.Object", group: "Group", socket: "Socket", engine: "Engine", samples: int, folder: Path) -> None:
@@ -171,7 +184,7 @@ def page(group: "Group") -> str:
         lines += [f"## {socket.name}", "", f"{socket.description}.", "", _facts(socket), ""]
         if socket.kind == "NodeSocketMenu":
             lines += [f"- **{name}**: {description}" for name, description in entries(group, socket).items()] + [""]
-        if _has_picture(group, socket):
+        if has_picture(group, socket):
             engine = "EEVEE" if (group.key, socket.name) in IN_EEVEE else "Cycles"
             others = ", ".join(f"{name} {text(value)}" for name, value in other_inputs(group, socket).items())
             others = f", with {others}" if others else ""
@@ -190,11 +203,16 @@ def _facts(socket: "Socket") -> str:
     if socket.hide_value:
         facts.append("used where something is connected")
     elif socket.default is not None:
-        default = socket.default if isinstance(socket.default, (str, tuple)) else round(socket.default, 4)
-        facts.append(f"{text(default)} by default")
+        facts.append(f"{_default(socket.default)} by default")
     if socket.minimum is not None:
         facts.append(f"{socket.minimum:g} to {socket.maximum:.4g}" if socket.maximum is not None else f"{socket.minimum:g} or more")
     return "; ".join(facts) + "."
+
+
+def _default(value: "Setting | bool") -> str:
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    return text(value if isinstance(value, (str, tuple)) else round(value, 4))
 
 
 if __name__ == "__main__":
