@@ -149,10 +149,10 @@ def test_converted_principled_is_equal_in_cycles(roughness: float, textured: boo
 def test_layers_over_another_model_send_back_as_much_light_in_cycles() -> None:
     """At Diffuse Roughness 0 Oren-Nayar's model is Lambert's, but the group adds its own diffuse closure to the layers."""
     balls = Balls()
-    before = balls.picture(CYCLES, 256)
+    before = balls.picture(CYCLES, 64)
     balls.convert(Model="Oren-Nayar")
-    after = balls.picture(CYCLES, 256)
-    # 0.15 % of the fit, 0.35 % of the sheen's; the rest is noise, of a ball's 24^2 pixels and 256 samples
+    after = balls.picture(CYCLES, 64)
+    # 0.15 % of the fit, 0.35 % of the sheen's; the noise is 0.1 % for a ball's 24^2 pixels
     for index, name in enumerate(BALLS):
         one, other = of_ball(after, index), of_ball(before, index)
         assert sum(one) == pytest.approx(sum(other), rel=0.004), name
@@ -167,7 +167,7 @@ def test_layers_over_another_model_are_equal_in_eevee() -> None:
     after = balls.picture(EEVEE, 16)
     for index, name in enumerate(BALLS):
         one, other = of_ball(after, index), of_ball(before, index)
-        if name == "glass":  # two lobes of one kind in a pixel: EEVEE picks one by chance
+        if name in {"glass", "scattering"}:  # two closures of one kind in a pixel: EEVEE picks one by chance
             assert sum(one) == pytest.approx(sum(other), rel=0.01)
         else:
             assert rms(one, other) < 0.01, name
