@@ -18,6 +18,8 @@ from true_diffuse.scripts.census.values import PLACES, ImageUse, Value, constant
 from true_diffuse.scripts.census.verdict import Verdict, judge, judge_picture, poorer
 from true_diffuse.scripts.characters.small import skin
 from true_diffuse.scripts.characters.small.characters import GLTF_FILES
+from true_diffuse.scripts.characters.small.figure import colors, figure
+from true_diffuse.scripts.characters.small.gltf import Primitive, glb
 
 ASSETS = Path(__file__).resolve().parent / "assets"
 SINE, COSINE = math.sin(0.4), math.cos(0.4)
@@ -209,6 +211,14 @@ def test_gltf_file_holds_what_blender_s_importer_makes_of_it(name: str) -> None:
         for channel, value in facts.channels.items()
     }
     assert set(verdicts.values()) == {Verdict.KEPT}, verdicts
+
+
+@pytest.mark.parametrize(("red", "attributes"), [(1.0, set()), (0.5, {"COLOR_0"})])
+def test_white_vertex_colors_are_none(red: float, attributes: set[str], tmp_path: Path) -> None:
+    part = figure()["head"]
+    painted = Primitive(part, {"name": "Own", "pbrMetallicRoughness": {}}, colors(part, lambda _u, _v: (red, 1.0, 1.0, 1.0)))
+    (tmp_path / "one.glb").write_bytes(glb("One", [painted], {}))
+    assert gltf_file.read(tmp_path / "one.glb")["Own"]["base color"][0].attributes == attributes
 
 
 STAGE = """#usda 1.0

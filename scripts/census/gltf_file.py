@@ -11,6 +11,8 @@ from typing import Any
 from true_diffuse.scripts.census.values import PLACES, ImageUse, Place, Value, constant, moved, product
 
 VERTEX_COLOR = "COLOR_0"
+# By glTF's number of a component type: struct's letter and the value that stands for 1
+COMPONENTS = {5121: ("B", 255), 5123: ("H", 65535), 5126: ("f", 1.0)}
 # Channel: where its texture and its factor are, in an extension or in the material; the factor's default; the texture's channel
 EXTENSIONS = {
     "specular": ("KHR_materials_specular", "specularTexture", "specularFactor", 1.0, "a"),
@@ -27,23 +29,40 @@ type Candidates = dict[str, list[Value]]
 
 def read(path: Path) -> dict[str, Candidates]:
     """Return what the materials of a .glb file have on each channel, by name. Raises ValueError where it is no such file."""
-    document = _json(path)
-    with_colors = {
+    document, buffer = _chunks(path)
+    colored = {
         primitive["material"]
         for mesh in document.get("meshes", ())
         for primitive in mesh["primitives"]
-        if "material" in primitive and VERTEX_COLOR in primitive["attributes"]
+        if "material" in primitive and not _is_white(document, buffer, primitive["attributes"].get(VERTEX_COLOR))
     }
     materials = document.get("materials", ())
-    return {material["name"]: _channels(document, material, index in with_colors) for index, material in enumerate(materials)}
+    return {material["name"]: _channels(document, material, index in colored) for index, material in enumerate(materials)}
 
 
-def _json(path: Path) -> Json:
+def _chunks(path: Path) -> tuple[Json, bytes]:
+    """Return the JSON and the buffer of a .glb file."""
     data = path.read_bytes()
     if data[:4] != b"glTF":
         raise ValueError(f"{path.name} is no binary glTF file")
     (length,) = struct.unpack_from("<I", data, 12)
-    return json.loads(data[20 : 20 + length])
+    return json.loads(data[20 : 20 + length]), data[28 + length :]
+
+
+def _is_white(document: Json, buffer: bytes, index: int | None) -> bool:
+    """Return whether an accessor's colors are white everywhere, as those that Blender's exporter fills in, or not there."""
+    if index is None:
+        return True
+    accessor = document["accessors"][index]
+    if "bufferView" not in accessor:
+        return False
+    view = document["bufferViews"][accessor["bufferView"]]
+    kind, white = COMPONENTS[accessor["componentType"]]
+    width = 3 if accessor["type"] == "VEC3" else 4
+    start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+    stride = view.get("byteStride", width * struct.calcsize(kind))
+    colors = (struct.unpack_from(f"<{width}{kind}", buffer, start + row * stride) for row in range(accessor["count"]))
+    return all(component == white for color in colors for component in color)
 
 
 def _channels(document: Json, material: Json, has_colors: bool) -> Candidates:
