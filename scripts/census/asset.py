@@ -22,6 +22,7 @@ from true_diffuse.scripts.characters.character import importer_reason
 
 # Channels of glTF alone: occlusion means nothing to Blender otherwise; culling is the mesh's in USD, and the view's in a picture
 NOT_JUDGED = {"occlusion", "culling"}
+NO_PREVIEW = {"sheen", "transmission", "anisotropy", "thin film", "subsurface"}  # UsdPreviewSurface lacks them
 # How far a picture may be from the other: Cycles' of a converted material from its own before, Realtime's from Cycles'
 CLOSE = {"cycles": 0.01, "realtime": 0.05}
 FRAMES = 3  # of a traceback that are kept
@@ -116,7 +117,7 @@ def _record(
         verdicts[target] = {
             channel: judge(channel, values, mine.get(channel), lines[target], subject.uv_maps)
             for channel, values in expected.items()
-            if channel not in NOT_JUDGED or target == "gltf"
+            if target == "gltf" or channel not in NOT_JUDGED | (NO_PREVIEW if target == "preview" else set())
         }
         lost[target] = poorer(expected, before.held.get(target, {}).get(name, {}), mine, subject.uv_maps)
     for target, found in differences.items():
@@ -201,7 +202,9 @@ def _prepare_images() -> int:
         if not image.packed_file:
             image.pack()
         image.name = f"image{index:04d}"
-        image.filepath_raw = f"//image{index:04d}.png"
+        image.filepath_raw = f"//{image.name}.png"
+        for file in image.packed_files:  # by which Blender names what it writes
+            file.filepath = image.filepath_raw
     return missing
 
 

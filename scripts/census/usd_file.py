@@ -145,7 +145,9 @@ class _Reader:
                 found["alpha"] = [found["alpha"][0].but("CUTOFF")]
             return found
         found = {}
+        found_ids: set[str] = set()
         for shader in self.upstream(surface):
+            found_ids.add(shader.GetShaderId() or "")
             for channel, pairs in CLOSURES.items():
                 for identifier, name in pairs:
                     if re.search(identifier, shader.GetShaderId() or ""):
@@ -154,6 +156,8 @@ class _Reader:
                             for item in shader.GetInputs()
                             if re.fullmatch(name, item.GetBaseName())
                         )
+        for channel, number in _weights(str(found_ids)):
+            found.setdefault(channel, []).append(constant(number))
         return found
 
     def upstream(self, shader: Any) -> Iterator[Any]:  # noqa: ANN401
@@ -191,8 +195,8 @@ class _Reader:
 
         if identifier == "UsdUVTexture":
             uv_map, places = self.placement(shader, "st")
-            use = ImageUse(self.file(shader), name if name in ("rgb", "r", "g", "b", "a") else "rgb", uv_map, places)
-            scale = get("scale")
+            use = ImageUse(self.file(shader), name if name in ("r", "g", "b", "a") else "rgb", uv_map, places)
+            scale = get("scale") if use.channel == "rgb" else _component(shader, "scale", "rgba".index(use.channel))
             bias = get("bias", 0.0)
             is_scaled = bias == constant(0.0)
             return Value(
@@ -277,6 +281,26 @@ class _Reader:
 
         operation = TRANSFORMS.get(re.sub(r"_(vector[23]|float|vector[23]FA)$", "", identifier))
         return operation(get) if operation else None
+
+
+def _weights(identifiers: str) -> Iterator[tuple[str, float]]:
+    """Yield weights of layers that are 0 or 1 because of the closures that a network has, by the identifiers of its nodes."""
+    has_diffuse, has_subsurface = (re.search(kind, identifiers) for kind in ("oren_nayar|burley", "subsurface_bsdf"))
+    has_metal, is_mixed = (re.search(kind, identifiers) for kind in ("conductor|generalized_schlick", "mix_bsdf"))
+    if has_metal and not (has_diffuse or has_subsurface or "ND_dielectric" in identifiers):
+        yield "metallic", 1.0
+    if (has_diffuse or has_subsurface) and not (has_metal and is_mixed):
+        yield "metallic", 0.0
+    if has_subsurface and not has_diffuse:
+        yield "subsurface", 1.0
+    if "ND_dielectric" in identifiers and not (has_diffuse or has_subsurface or has_metal):
+        yield "transmission", 1.0
+
+
+def _component(shader: Any, name: str, index: int) -> Value:  # noqa: ANN401
+    """Return a component of a vector, which is 1 where it has no value."""
+    value = shader.GetInput(name).Get() if shader.GetInput(name) else None
+    return constant(1.0 if value is None else float(value[index]))
 
 
 def _uv_map(primvar: str) -> str:
