@@ -75,6 +75,25 @@ def test_revert_gives_animation_and_linked_lengths_back() -> None:
     assert sorted(curve.data_path for curve in convert.fcurves.curves(tree)) == paths
 
 
+def test_drivers_that_read_the_node_follow_it_both_ways() -> None:
+    made, node = material("Principled")
+    paths = []
+    for index, (name, component) in enumerate((("Roughness", ""), ("Base Color", "[2]"), ("Subsurface Scale", ""))):
+        curve = made.driver_add("diffuse_color", index)
+        variable = curve.driver.variables.new()
+        variable.targets[0].id_type, variable.targets[0].id = "MATERIAL", made
+        path = f"node_tree.{node.inputs[name].path_from_id('default_value')}{component}"
+        variable.targets[0].data_path = path
+        paths.append(path)
+    read = lambda: [curve.driver.variables[0].targets[0].data_path for curve in made.animation_data.drivers]  # noqa: E731
+    convert.convert_materials([made], 1.0)
+    new = made.node_tree.nodes["Principled BSDF"]
+    assert read()[0] == f"node_tree.{new.inputs['Roughness'].path_from_id('default_value')}"
+    assert read()[1] == f"node_tree.{new.inputs['Base Color'].path_from_id('default_value')}[2]"
+    revert.revert_material(made)
+    assert read() == paths
+
+
 def test_edits_after_the_conversion_carry_over() -> None:
     made, _ = material("Principled", Roughness=0.3, Subsurface_Scale=0.01)
     convert.convert_materials([made], 1.0)

@@ -310,6 +310,7 @@ def _replace(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, plan: Plan) -
     entrances = {curve: _entrance(new, plan, plan.taken[socket.name], socket) for curve, socket in moves}
     for curve in entrances:
         curve.data_path = "none"  # Blender deletes the curves of a node along with it
+    readers = {reader: node.inputs[fcurves.input_of(reader)].name for reader in fcurves.readers_of(tree, node)}
     for name, link in plan.links.items():
         source, is_muted = link.from_socket, link.is_muted
         tree.links.new(source, _entrance(new, plan, name, link.to_socket)).is_muted = is_muted
@@ -326,6 +327,11 @@ def _replace(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, plan: Plan) -
     new.name = name
     for curve, socket in entrances.items():
         curve.data_path = socket.path_from_id("default_value")
+    for reader, name in readers.items():
+        if name in plan.taken:
+            target = new.inputs[plan.taken[name]]
+            is_scaled = plan.taken[name] in plan.factors and target.is_linked
+            reader.follow(target.links[0].from_node.inputs[0] if is_scaled else target)
 
 
 def _entrance(new: bpy.types.Node, plan: Plan, name: str, old: bpy.types.NodeSocket) -> bpy.types.NodeSocket:

@@ -203,7 +203,7 @@ def _restore(node: bpy.types.Node, original: Original) -> Iterator[str]:
     targets = {socket.name: socket for socket in new.inputs}
     is_smooth = "Model" in sockets and not by_label(_entry(sockets, "Model")).is_rough
     entrances: dict[bpy.types.FCurve, bpy.types.NodeSocket] = {}
-    helpers = []
+    helped: dict[bpy.types.Node, bpy.types.NodeSocket] = {}  # by each node "To Millimeters": what it was made for
     curves = [(curve, fcurves.input_of(curve)) for curve in fcurves.of_node(tree, node)]
     animated = [(curve, node.inputs[index]) for curve, index in curves if index is not None]
     placed = set()
@@ -224,7 +224,7 @@ def _restore(node: bpy.types.Node, original: Original) -> Iterator[str]:
         for link in own.links:
             source, is_muted, helper = link.from_socket, link.is_muted, link.from_node
             if helper.label == TO_MILLIMETERS and given.factor != 1.0:
-                helpers.append(helper)
+                helped[helper] = target
                 _set(target, value_of(helper.inputs[0]))
                 entrances |= dict.fromkeys(fcurves.of_node(tree, helper), target)
                 if not helper.inputs[0].links:
@@ -238,16 +238,27 @@ def _restore(node: bpy.types.Node, original: Original) -> Iterator[str]:
             yield f"lost what went into {socket.name}"
     for curve in entrances:
         curve.data_path = "none"  # Blender deletes the curves of a node along with it
+    readers = {reader: node.inputs[fcurves.input_of(reader)] for reader in fcurves.readers_of(tree, node)}
+    followed = {
+        reader: targets[name]
+        for reader, socket in readers.items()
+        for name, given in original.inputs.items()
+        if given.socket and sockets[given.socket] == socket
+    }
+    for helper, target in helped.items():
+        followed |= dict.fromkeys(fcurves.readers_of(tree, helper), target)
     for target, is_muted in [(link.to_socket, link.is_muted) for output in node.outputs for link in output.links]:
         tree.links.new(new.outputs[0], target).is_muted = is_muted
     if tree.nodes.active == node:
         tree.nodes.active = new
     name = node.name
-    for old in (node, *helpers):
+    for old in (node, *helped):
         tree.nodes.remove(old)
     new.name = name
     for curve, socket in entrances.items():
         curve.data_path = socket.path_from_id("default_value")
+    for reader, socket in followed.items():
+        reader.follow(socket)
 
 
 def _is_muted(socket: bpy.types.NodeSocket) -> bool:
