@@ -104,7 +104,7 @@ class Layout:
             return lambda **_: Layout(self.root)
         raise AttributeError(name)
 
-    def panel(self, _key: str) -> tuple["Layout", "Layout"]:
+    def panel(self, _key: str, default_closed: bool = False) -> tuple["Layout", "Layout"]:
         return Layout(self.root), Layout(self.root)
 
     def label(self, text: str = "", icon: str = "NONE") -> None:

@@ -15,7 +15,7 @@ from support import Layout
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.summary import material_summary, stated_error
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
+from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
 from true_diffuse.addon.operators import tolerance as tolerance_operator
 from true_diffuse.addon.optimize.materials import optimize_materials
 from true_diffuse.addon.probe import measurement
@@ -52,6 +52,12 @@ def test_panel_shows_the_sockets_a_plot_and_the_buttons(group, engine: str) -> N
     assert "plot" in layout.offered
     for name in ("measure", "pick_settings", "optimize", "restore"):
         assert any(entry.startswith(f"true_diffuse.{name}") for entry in layout.offered)
+
+
+def test_panel_of_the_principled_has_its_panels_and_units() -> None:
+    texts = drawn(materials.create("Material", PRINCIPLED)).texts
+    assert {socket.panel for socket in PRINCIPLED.inputs if socket.panel} <= set(texts)
+    assert "Subsurface Scale [mm]" in texts and "Subsurface Radius" in texts  # the radius is relative, as Blender's is
 
 
 def test_panel_without_a_group_of_ours_offers_one() -> None:

@@ -5,11 +5,10 @@ import bpy
 
 import pytest
 
+from support import node_dump
 from true_diffuse.addon.material import convert, materials, revert
 from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
-
-from .support import node_dump
 
 BSDF = {
     "Diffuse": "ShaderNodeBsdfDiffuse",

@@ -20,13 +20,14 @@ from ..closures.quality import CHOSEN_LIGHTS, EEVEE_LOBES
 from ..models import Model, ReflectanceModel, Specular, by_label
 from ..models.registry import Osl
 from ..nodes import GROUPS, PRINCIPLED, SPECULAR_GROUP, SUBSURFACE
-from ..nodes.graph import key_and_version
+from ..nodes.graph import COLOR, key_and_version
 from ..nodes.model_nodes import ROUGHNESS, SOCKETS
-from ..nodes.principled import DIFFUSE_ROUGHNESS, METALLIC, SUBSURFACE_WEIGHT, TRANSMISSION
+from ..nodes.principled import BASE_COLOR, DIFFUSE_ROUGHNESS, METALLIC, SUBSURFACE_WEIGHT, TRANSMISSION
 from .read import group_node, plain
 from .surface import GroupInputs, Setting
 
 BRIGHTEST_IN_EEVEE = 8.0  # the highest color of a closure that EEVEE's format of 10 bits and an exponent of 2 holds
+PRINCIPLED_NAMES = {ROUGHNESS.name: DIFFUSE_ROUGHNESS.name, COLOR.name: BASE_COLOR.name}  # of what the models' formulas take
 VARYING_IN_REALTIME = {"Color"}  # sockets whose textures and attributes Realtime draws
 ORDER = 6  # of the quadrature: two digits of the error, in 25 ms at most, as a panel is drawn while a slider moves
 
@@ -62,9 +63,8 @@ class MaterialSummary(GroupInputs):
         return {name: self.inputs[self.socket(name)] for name in SOCKETS if self.socket(name) in self.inputs}
 
     def socket(self, parameter: str) -> str:
-        """Return the group's input for a `parameter` of the models."""
-        is_diffuse = self.group == PRINCIPLED.key and parameter == ROUGHNESS.name
-        return DIFFUSE_ROUGHNESS.name if is_diffuse else parameter
+        """Return the group's input for a `parameter` of the models, or for their Color."""
+        return PRINCIPLED_NAMES.get(parameter, parameter) if self.group == PRINCIPLED.key else parameter
 
     @property
     def rough_fraction(self) -> float:

@@ -2,7 +2,7 @@
 """Panels: Material properties > True Diffuse, the same in the Shader Editor's sidebar, and the error in Scene properties."""
 
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING
 
 import bpy
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 LINE_LENGTH = 34  # letters that fit into a sidebar beside an icon
 CHANNELS = ("Red", "Green", "Blue")
+MILLIMETERS, PRINCIPLED_MILLIMETERS = {"Subsurface Radius"}, {"Subsurface Scale"}  # inputs that are lengths
 NARROWEST, WIDEST = 7.0, 13.0  # of a plot, times an icon's size
 
 
@@ -143,10 +144,24 @@ def draw_other(layout: bpy.types.UILayout, context: bpy.types.Context, node: bpy
 
 
 def draw_sockets(layout: bpy.types.UILayout, node: bpy.types.Node) -> None:
-    """Draw the node's inputs as the node editor does; inputs without effect on the chosen model are dimmed."""
+    """Draw the node's inputs as the node editor does, in its panels; inputs without effect on the chosen model are dimmed."""
+    from ..nodes import PRINCIPLED
+    from ..nodes.graph import key_and_version
+
     layout.menu(TRUE_DIFFUSE_MT_apply.__name__)
+    lengths = MILLIMETERS if key_and_version(node)[0] != PRINCIPLED.key else PRINCIPLED_MILLIMETERS
+    items = [item for item in node.node_tree.interface.items_tree if item.item_type == "SOCKET" and item.in_out == "INPUT"]
+    panels = {item.name: item.parent.name for item in items}
+    bodies: dict[str, bpy.types.UILayout | None] = {"": layout}
     for socket in node.inputs:
-        row = layout.column(align=True)
+        panel = panels.get(socket.name, "")
+        if panel not in bodies:
+            header, bodies[panel] = layout.panel(f"true_diffuse_sockets_{panel.lower()}", default_closed=True)
+            header.label(text=panel)
+        body = bodies[panel]
+        if body is None:
+            continue
+        row = body.column(align=True)
         row.active = not socket.is_inactive
         if socket.is_linked:
             source = socket.links[0].from_node
@@ -156,11 +171,15 @@ def draw_sockets(layout: bpy.types.UILayout, node: bpy.types.Node) -> None:
             name.label(text=socket.name)
             split.label(text=source.label or source.name, icon="LINKED")
         elif socket.name == "Subsurface Radius":
-            row.label(text=f"{socket.name} [mm]")
+            row.label(text=_with_unit(socket, lengths))
             for index, channel in enumerate(CHANNELS):
                 row.prop(socket, "default_value", index=index, text=channel)
         elif not socket.hide_value and hasattr(socket, "default_value"):
-            row.prop(socket, "default_value", text=socket.name)
+            row.prop(socket, "default_value", text=_with_unit(socket, lengths))
+
+
+def _with_unit(socket: bpy.types.NodeSocket, lengths: Collection[str]) -> str:
+    return f"{socket.name} [mm]" if socket.name in lengths else socket.name
 
 
 def draw_plots(layout: bpy.types.UILayout, context: bpy.types.Context, summary: "MaterialSummary") -> None:

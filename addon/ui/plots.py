@@ -101,7 +101,7 @@ def lobe(summary: "MaterialSummary", engine: "Engine | None") -> Canvas:
         angle = math.radians(degrees)
         return math.sin(angle), 0.0, math.cos(angle)
 
-    albedo = min(1.0, max(0.02, sum(w * c for w, c in zip(LUMINANCE, summary.rgb("Color"), strict=True))))
+    albedo = min(1.0, max(0.02, sum(w * c for w, c in zip(LUMINANCE, summary.rgb(summary.socket("Color")), strict=True))))
     lobe_set = summary.lobe_set(engine) if engine else None
     lobes = Rendered(summary.model, lobe_set) if lobe_set else None
     canvas = _axes(3)
