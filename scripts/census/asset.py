@@ -63,7 +63,7 @@ def examine(path: Path, folder: Path, size: int, has_realtime: bool) -> dict[str
     materials = [bpy.data.materials[subject.name] for subject in subjects]
     before, after = Exports(), Exports()
     before.write(folder / "before")
-    stage = Stage(size) if size else None
+    stage = Stage(size, any("alpha" in subject.facts.channels for subject in subjects)) if size else None
     original = stage.draw(engines.CYCLES) if stage else {}
     indices = {material.name: material.pass_index for material in materials}
     true_diffuse.register()

@@ -22,7 +22,8 @@ LENS = 85.0  # mm
 VIEW = Vector((0.25, -1.0, 0.2)).normalized()  # from the middle of the meshes towards the camera: characters face -Y
 SUN = (-0.45, -0.8, 0.5)  # from the middle towards the sun
 IRRADIANCE = math.pi  # W/m^2 on a plane facing the sun: a white one has a radiance of 1
-SAMPLES = 16  # for what Cycles chooses at random: transparency, subsurface scattering
+SAMPLES = 16  # for what Cycles chooses at random, as subsurface scattering
+ALPHA_SAMPLES = 256  # where engines choose at random whether they see through a surface
 STEP = 4.0  # pixels: a greater difference in depth between neighbors is an edge
 FEWEST_PIXELS = 20
 DARK = 1e-3  # W/(m^2 sr), mean radiance below which a relative error says nothing
@@ -39,15 +40,17 @@ class Difference:
 class Stage:
     """The open file's scene with one sun, no world and a camera that sees all meshes in `size` pixels a side."""
 
-    def __init__(self, size: int) -> None:
+    def __init__(self, size: int, has_alpha: bool = False) -> None:
         self.scene = scene = bpy.context.scene
-        self.size = size
-        for item in list(scene.objects):
+        self.size, self.has_alpha = size, has_alpha
+        for item in scene.objects:
             if item.type in ("LIGHT", "LIGHT_PROBE"):
                 item.hide_render = True
+            # so that what emits lights nothing: Cycles follows one more ray than it has bounces to find that
+            item.visible_diffuse = item.visible_glossy = item.visible_transmission = False
         scene.world = None
         center, self.radius = _bounds()
-        add_sun(scene, "Census Sun", SUN, IRRADIANCE, 0.0, (1.0, 1.0, 1.0))
+        add_sun(scene, "Census Sun", SUN, IRRADIANCE).data.use_shadow = False
         data = bpy.data.cameras.new("Census Camera")
         data.lens = LENS
         distance = self.radius / math.sin(0.5 * data.angle)
@@ -70,6 +73,7 @@ class Stage:
         for index, material in enumerate(bpy.data.materials):
             if material.library is None:
                 material.pass_index = index + 1
+                material.cycles.emission_sampling = "NONE"
         layer = scene.view_layers[0]
         for other in list(scene.view_layers)[1:]:
             other.use = False
@@ -80,8 +84,16 @@ class Stage:
 
     def draw(self, engine: engines.Engine) -> dict[str, array[float]]:
         """Return the passes of a render."""
-        engines.use(self.scene, engine, SAMPLES if engine is engines.CYCLES else 1)
-        return render.passes(self.scene)
+        samples = SAMPLES if engine is engines.CYCLES else 1
+        engines.use(self.scene, engine, ALPHA_SAMPLES if self.has_alpha else samples)
+        culled = [material for material in bpy.data.materials if material.use_backface_culling and material.library is None]
+        for material in culled:  # which Cycles does not know
+            material.use_backface_culling = False
+        try:
+            return render.passes(self.scene)
+        finally:
+            for material in culled:
+                material.use_backface_culling = True
 
     def compare(
         self, picture: dict[str, array[float]], reference: dict[str, array[float]], indices: dict[str, int]
@@ -89,6 +101,8 @@ class Stage:
         """Return how far a picture is from a `reference` that Cycles rendered, by material; `indices` have their pass indices."""
         index, depth = (_plane(reference, name) for name in ("Material Index.X", "Depth.Z"))
         got, wanted = (render.interleaved(each) for each in (picture, reference))
+        if self.has_alpha:
+            got, wanted = self._smoothed(got), self._smoothed(wanted)
         found = {}
         inside: dict[int, list[int]] = {}
         for pixel in self._interior(index, depth):
@@ -103,6 +117,16 @@ class Stage:
                 power = len(values) * DARK**2
             found[name] = Difference(math.sqrt(sum((got[i] - wanted[i]) ** 2 for i in values) / power), len(pixels))
         return found
+
+    def _smoothed(self, rgb: Sequence[float]) -> array[float]:
+        """Return the mean of each pixel and the eight around it; of an interior pixel all show the same material."""
+        size = self.size
+        result = array("f", bytes(4 * len(rgb)))
+        around = [3 * (row * size + column) for row in (-1, 0, 1) for column in (-1, 0, 1)]
+        for y in range(1, size - 1):
+            for index in range(3 * (y * size + 1), 3 * (y * size + size - 1)):
+                result[index] = sum(rgb[index + offset] for offset in around) / len(around)
+        return result
 
     def _interior(self, index: Sequence[float], depth: Sequence[float]) -> list[int]:
         """Return the pixels around which there is the same material without a step in depth."""
