@@ -13,7 +13,8 @@ import bpy
 
 import pytest
 
-from true_diffuse.addon import glTF2ExportUserExtension, models
+from support import Layout
+from true_diffuse.addon import gltf, glTF2ExportUserExtension, models
 from true_diffuse.addon.blender import fcurves, properties, report
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.convert import convert_materials
@@ -627,6 +628,12 @@ def non_color(material: bpy.types.Material) -> bpy.types.NodeSocket:
     return node.outputs["Color"]
 
 
+def wide(material: bpy.types.Material) -> bpy.types.NodeSocket:
+    node = image_node(material, "wide")
+    node.image.colorspace_settings.name = "Linear Rec.2020"
+    return node.outputs["Color"]
+
+
 def boxed(material: bpy.types.Material) -> bpy.types.NodeSocket:
     node = image_node(material, "box")
     node.projection = "BOX"
@@ -642,8 +649,10 @@ def generated(material: bpy.types.Material) -> bpy.types.NodeSocket:
 NOT_HELD = {
     noise: "the node Noise Texture (Noise Texture) is not supported, the socket's own value is written",
     ramped: "the node Color Ramp (Color Ramp) is not supported, the image below is written without it",
-    non_color: "the image data, which is Non-Color, but glTF reads it as sRGB, (Image Texture) is not supported, "
+    non_color: "the image data, which is an image of numbers, but glTF reads it as sRGB, (Image Texture) is not supported, "
     "the image data is written without it",
+    wide: "the color space Linear Rec.2020 of the image wide (Image Texture) is not supported, "
+    "the image wide is written without it",
     boxed: "Box projection of the image box (Image Texture) is not supported, the image box is written without it",
     generated: "an image mapped by the output Generated of the node Texture Coordinate (Texture Coordinate) is not supported, "
     "the image generated is written without it",
@@ -664,7 +673,7 @@ def test_what_gltf_cannot_hold_is_said_or_baked(bake: bool, tmp_path: Path, requ
     said = [] if bake else [f"True Diffuse: {make.__name__}: Base color: {text}" for make, text in NOT_HELD.items()]
     assert sorted(report.take()) == sorted(said)
     images = {name: material["pbrMetallicRoughness"].get("baseColorTexture", {}).get("image") for name, material in written.items()}
-    kept = {"noise": None, "ramped": "below", "non_color": "data", "boxed": "box", "generated": "generated"}
+    kept = {"noise": None, "ramped": "below", "non_color": "data", "wide": "wide", "boxed": "box", "generated": "generated"}
     assert images == ({name: f"{name} Base Color" for name in kept} if bake else kept)
     assert bake or written["noise"]["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx(COLOR)
     assert (list(bpy.data.images), list(bpy.data.scenes), list(bpy.data.objects)) == before
@@ -724,6 +733,46 @@ def test_what_cannot_be_baked_is_said_with_the_reason(tmp_path: Path) -> None:
         "True Diffuse: Lambert: Base color: the node Layer Weight (Layer Weight) is not supported, "
         "the socket's own value is written and not baked, as Layer Weight depends on the view"
     ]
+
+
+def test_outputs_besides_the_surface_are_said(tmp_path: Path) -> None:
+    material = rough("Lambert")
+    output = material.node_tree.get_output_node("ALL")
+    material.node_tree.links.new(add(material, "Displacement").outputs[0], output.inputs["Displacement"])
+    material.node_tree.links.new(add(material, "VolumeScatter").outputs[0], output.inputs["Volume"])
+    show(material)
+    export(tmp_path / "one.glb", export_apply=True)
+    assert report.take() == [
+        "True Diffuse: Lambert: displacement (Material Output) is not supported, the mesh is written as it is",
+        "True Diffuse: Lambert: the volume (Material Output) is not supported, the surface alone is written",
+    ]
+
+
+def test_layers_without_a_place_in_gltf_are_said(tmp_path: Path) -> None:
+    material = bpy.data.materials.new("Layers")
+    inputs = material.node_tree.nodes["Principled BSDF"].inputs
+    for name, value in {"Subsurface Weight": 1.0, "Thin Film Thickness": 400.0, "Coat Weight": 1.0, "Coat IOR": 1.7}.items():
+        inputs[name].default_value = value
+    convert_materials([material], 1.0)
+    show(material)
+    export(tmp_path / "one.glb")
+    assert report.take() == [
+        "True Diffuse: Layers: Subsurface weight: the layer (Principled BSDF) is not supported, what lies below is written",
+        "True Diffuse: Layers: Thin film thickness: the layer (Principled BSDF) is not supported, what lies below is written",
+        "True Diffuse: Layers: Coat ior: another value than glTF's (Principled BSDF) is not supported, 1.5 is meant",
+    ]
+
+
+def test_options_are_drawn_in_the_exporter_s_dialog() -> None:
+    from io_scene_gltf2 import exporter_extension_layout_draw
+
+    gltf.register()
+    try:
+        layout = Layout()
+        exporter_extension_layout_draw["True Diffuse"](bpy.context, layout)
+    finally:
+        gltf.unregister()
+    assert layout.texts == ["True Diffuse", "", ""] and "True Diffuse" not in exporter_extension_layout_draw
 
 
 def test_has_color_and_roughness(tmp_path: Path) -> None:

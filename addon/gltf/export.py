@@ -38,11 +38,14 @@ class Export:
         except FAILURES as error:
             report.add("glTF", f"True Diffuse materials are left as Blender has them: {error}")
 
-    def _make(self) -> None:
+    def _make(self, settings: dict) -> None:
+        if settings["gltf_materials"] != "EXPORT":  # no nodes are read
+            return
+        bakes = bpy.context.scene.true_diffuse.bake and settings["gltf_image_format"] != "NONE"
         for material in list(bpy.data.materials):
             if material.users and material.node_tree and holds_ours(material.node_tree):
                 with _guarded(material):
-                    _arrange(self._stand_ins.add(material), material)
+                    _arrange(self._stand_ins.add(material), material, bakes)
 
     def gather_material(self, gltf_material: "Material", material: bpy.types.Material, settings: dict) -> None:
         """Put right what the exporter has gathered for one of our materials."""
@@ -77,21 +80,20 @@ def _written(stand_in: StandIn) -> tuple[bpy.types.Node | None, Replaced | None]
     return node, next((replaced for replaced in stand_in.replaced if replaced.principled == node), None)
 
 
-def _arrange(stand_in: StandIn, material: bpy.types.Material) -> None:
-    """Link what feeds the Principled BSDF that is written as the exporter knows it; notes what glTF cannot hold."""
-    settings = bpy.context.scene.true_diffuse
+def _arrange(stand_in: StandIn, material: bpy.types.Material, bakes: bool) -> None:
+    """Link what feeds the Principled BSDF that is written as the exporter knows it; notes what glTF cannot hold, or bakes it."""
+    resolution = bpy.context.scene.true_diffuse.bake_resolution
 
     def bake(place: Place, is_color: bool) -> bpy.types.Image:
-        image = bake_input(stand_in.material, place, settings.bake_resolution, is_color=is_color, used_as=material)
+        image = bake_input(stand_in.material, place, resolution, is_color=is_color, used_as=material)
         stand_in.images.append(image)
         return image
 
     _, replaced = _written(stand_in)
     if replaced:
-        output = stand_in.material.node_tree.get_output_node("ALL")
-        if output and not replaced.groups:
-            inputs.take_opacity(output.inputs["Surface"], replaced.principled)
-        stand_in.losses += inputs.arrange(replaced.principled, replaced.groups, bake if settings.bake else None)
+        if not replaced.groups:
+            inputs.take_opacity(losses.output(stand_in).inputs["Surface"], replaced.principled)
+        stand_in.losses += inputs.arrange(replaced.principled, replaced.groups, bake if bakes else None)
 
 
 def _adjust(gltf_material: "Material", material: bpy.types.Material, replaced: Replaced, settings: dict) -> Iterator[Loss]:

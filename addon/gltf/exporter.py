@@ -19,8 +19,8 @@ from .stand_in import StandIns
 ORIGINAL = "_true_diffuse_original"  # names the exporter's own function on the one in its place
 
 
-def read_stand_ins(stand_ins: StandIns, make: Callable[[], None]) -> None:
-    """Make the export that is about to run read `stand_ins`, which `make` makes once the frame is set.
+def read_stand_ins(stand_ins: StandIns, make: Callable[[dict], None]) -> None:
+    """Make the export that is about to run read `stand_ins`; `make` makes them, once the frame is set, by the exporter's settings.
 
     Raises AttributeError or ImportError where the exporter is built in another way.
     """
@@ -31,7 +31,7 @@ def read_stand_ins(stand_ins: StandIns, make: Callable[[], None]) -> None:
 
     def save_with_stand_ins(context: bpy.types.Context, settings: dict) -> set[str]:
         export.save = save
-        settings["pre_export_callbacks"].append(lambda _settings: make())
+        settings["pre_export_callbacks"].append(make)
         with _reading(stand_ins, identifier):
             return save(context, settings)
 

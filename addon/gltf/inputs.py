@@ -15,6 +15,7 @@ import bpy
 from ..material.bake import CannotBake
 from ..material.links import Place, source, upstream
 from ..material.surface import Loss
+from ..usd import color_spaces
 
 # Inputs that the exporter writes, by what it can write of them.
 COLORS = {"Base Color", "Emission Color", "Specular Tint", "Sheen Tint"}
@@ -186,7 +187,8 @@ def _arrange(place: Place, name: str) -> None:
             raise NotHeld(images[1], what)
     for image in product.images:
         _check_image(image, is_color=name in COLORS)
-    if not product.is_arranged or product.constants > 1:
+    varies_not = not product.images and not product.attributes
+    if not product.is_arranged or product.constants > 1 or (name == "IOR" and varies_not):  # whose links the exporter ignores
         _link(place, product)
 
 
@@ -346,11 +348,13 @@ def _check_image(output: Place, is_color: bool) -> None:
         raise NotHeld(output, f"{node.projection.capitalize()} projection of the image {image.name}")
     if node.extension == "CLIP":
         raise NotHeld(output, f"the clipped edge of the image {image.name}")
-    if image.colorspace_settings.is_data == is_color and not image.is_float and output.socket.name == "Color":
-        kind = (
-            "Non-Color, but glTF reads it as sRGB" if is_color else f"{image.colorspace_settings.name}, but glTF reads it as data"
-        )
-        raise NotHeld(output, f"the image {image.name}, which is {kind},")
+    space = image.colorspace_settings
+    if output.socket.name == "Color" and space.is_data == is_color:
+        what = "an image of numbers, but glTF reads it as sRGB" if is_color else "in a color space, but glTF reads it as numbers"
+        raise NotHeld(output, f"the image {image.name}, which is {what},")
+    # the exporter turns colors of floating-point images into sRGB, and writes others as they are
+    if is_color and not image.is_float and color_spaces.name(space.name)[0] != color_spaces.SRGB:
+        raise NotHeld(output, f"the color space {space.name} of the image {image.name}")
     _check_coordinates(output.input("Vector"))
 
 

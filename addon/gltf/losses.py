@@ -72,14 +72,20 @@ def of_node(replaced: Replaced, moving: Collection[str]) -> Iterator[Loss]:
 
 def of_output(gltf_material: "Material", stand_in: StandIn, written: bpy.types.Node) -> Iterator[Loss]:
     """Yield a loss where the node `written`, a Principled BSDF, is not all of a material."""
-    output = stand_in.material.node_tree.get_output_node("ALL")
-    place = closure(Place(output.inputs["Surface"]))
+    end = output(stand_in)
+    place = closure(Place(end.inputs["Surface"]))
     if place.node != written:
         yield Loss("", place.label, f"the node {place.node.bl_label}", f"{written.label or written.name} alone is written")
-    if output.inputs["Displacement"].is_linked:
-        yield Loss("", output.name, "displacement", "the mesh is written as it is")
-    if output.inputs["Volume"].is_linked and "KHR_materials_volume" not in gltf_material.extensions:
-        yield Loss("", output.name, "the volume", "the surface alone is written")
+    if end.inputs["Displacement"].is_linked:
+        yield Loss("", end.name, "displacement", "the mesh is written as it is")
+    if end.inputs["Volume"].is_linked and "KHR_materials_volume" not in gltf_material.extensions:
+        yield Loss("", end.name, "the volume", "the surface alone is written")
+
+
+def output(stand_in: StandIn) -> bpy.types.Node:
+    """Return the material output that the exporter reads."""
+    nodes = stand_in.material.node_tree.nodes
+    return next(node for node in nodes if node.type == "OUTPUT_MATERIAL" and node.is_active_output)
 
 
 def closure(place: Place) -> Place:
