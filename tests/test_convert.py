@@ -221,6 +221,21 @@ def test_principled_inside_a_group_is_converted_once_for_all_users() -> None:
     assert report.lines == ["One: the group Skin Shader was changed inside, for all that use it"]
 
 
+def test_linked_group_is_refused_and_said(tmp_path: Path) -> None:
+    in_group("Mine")
+    bpy.data.libraries.write(str(tmp_path / "a.blend"), {bpy.data.node_groups["Skin Shader"]})
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    with bpy.data.libraries.load(str(tmp_path / "a.blend"), link=True) as (_, target):
+        target.node_groups = ["Skin Shader"]
+    made = bpy.data.materials.new("Mine")
+    node = made.node_tree.nodes.new("ShaderNodeGroup")
+    node.node_tree = target.node_groups[0]
+    made.node_tree.links.new(node.outputs[0], made.node_tree.get_output_node("ALL").inputs["Surface"])
+    report = convert.convert_materials([made], 1.0)
+    assert not report.converted
+    assert report.lines == ["Mine: the group Skin Shader is linked from another file, and what is inside is left alone"]
+
+
 def test_keyframes_and_drivers_move_to_the_new_node() -> None:
     made, node = material("Principled")
     node.inputs["Roughness"].keyframe_insert("default_value", frame=1)
