@@ -89,6 +89,8 @@ def test_drivers_that_read_the_node_follow_it_both_ways() -> None:
     new = made.node_tree.nodes["Principled BSDF"]
     assert read()[0] == f"node_tree.{new.inputs['Roughness'].path_from_id('default_value')}"
     assert read()[1] == f"node_tree.{new.inputs['Base Color'].path_from_id('default_value')}[2]"
+    times = new.inputs["Subsurface Scale"].links[0].from_node  # the driver reads the scene's unit, as before
+    assert read()[2] == f"node_tree.{times.inputs[0].path_from_id('default_value')}"
     revert.revert_material(made)
     assert read() == paths
 

@@ -176,6 +176,8 @@ def _medium(
     if not linked_output(scale):
         factor *= scale.default_value
         plan.values["Scale"] = 1.0
+        if scale.default_value > 0.0:
+            plan.factors["Scale"] = 1.0 / scale.default_value
     plan.take(radius, "Subsurface Radius")
     plan.scale("Subsurface Radius", tuple(factor / closure_inputs(falloff, value).radius for value in medium))
 
@@ -290,14 +292,21 @@ def active_nodes(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.Node]:
 
 
 def _check_animation(node: bpy.types.Node, plan: Plan) -> None:
-    """Raise ConversionError where keyframes or drivers change what has no place in the group of `plan`."""
-    for curve in fcurves.of_node(node.id_data, node):
+    """Raise ConversionError where keyframes or drivers change, or drivers read, what has no place in the group of `plan`."""
+
+    def lacks(curve: "bpy.types.FCurve | fcurves.Reader") -> str:
         index = fcurves.input_of(curve)
         name = node.inputs[index].name if index is not None else curve.data_path.rpartition(".")[2]
-        taken = plan.taken.get(name)
         # what was worked out from a value would have to follow it
-        if taken is None or (node.type == "SUBSURFACE_SCATTERING" and name != "Normal"):
-            raise ConversionError(f"is animated ({name})")
+        is_there = name in plan.taken and (node.type != "SUBSURFACE_SCATTERING" or name == "Normal")
+        return "" if is_there else name
+
+    for curve in fcurves.of_node(node.id_data, node):
+        if lacks(curve):
+            raise ConversionError(f"is animated ({lacks(curve)})")
+    for reader in fcurves.readers_of(node.id_data, node):
+        if lacks(reader):
+            raise ConversionError(f"drives something by its {lacks(reader)}")
 
 
 def _replace(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, plan: Plan) -> None:
@@ -306,11 +315,11 @@ def _replace(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, plan: Plan) -
     set_inputs(new, plan.values)
     for name in LAYOUT:
         setattr(new, name, getattr(node, name))
-    moves = [(curve, node.inputs[fcurves.input_of(curve)]) for curve in fcurves.of_node(tree, node)]
-    entrances = {curve: _entrance(new, plan, plan.taken[socket.name], socket) for curve, socket in moves}
-    for curve in entrances:
+    curves, readers = fcurves.of_node(tree, node), fcurves.readers_of(tree, node)
+    moves = [(item, node.inputs[fcurves.input_of(item)]) for item in (*curves, *readers)]
+    entrances = {item: _entrance(new, plan, plan.taken[socket.name], socket) for item, socket in moves}
+    for curve in curves:
         curve.data_path = "none"  # Blender deletes the curves of a node along with it
-    readers = {reader: node.inputs[fcurves.input_of(reader)].name for reader in fcurves.readers_of(tree, node)}
     for name, link in plan.links.items():
         source, is_muted = link.from_socket, link.is_muted
         tree.links.new(source, _entrance(new, plan, name, link.to_socket)).is_muted = is_muted
@@ -325,13 +334,10 @@ def _replace(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, plan: Plan) -
     name = node.name
     tree.nodes.remove(node)
     new.name = name
-    for curve, socket in entrances.items():
-        curve.data_path = socket.path_from_id("default_value")
-    for reader, name in readers.items():
-        if name in plan.taken:
-            target = new.inputs[plan.taken[name]]
-            is_scaled = plan.taken[name] in plan.factors and target.is_linked
-            reader.follow(target.links[0].from_node.inputs[0] if is_scaled else target)
+    for curve in curves:
+        curve.data_path = entrances[curve].path_from_id("default_value")
+    for reader in readers:
+        reader.follow(entrances[reader])
 
 
 def _entrance(new: bpy.types.Node, plan: Plan, name: str, old: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
