@@ -2,7 +2,7 @@
 """The paper's figure: one character five times, side by side, from standard specular over Lambert to rough Oren-Nayar."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -30,6 +30,10 @@ SHOULDERS = 0.55  # of the figure's height from the crown down: what a bust's wi
 # Neighbors of a bust overlap by their arms, the right one in front and out of the left one's shadow; whole figures stand apart.
 BUST_STEP, BUST_STAGGER = 0.78, 0.5  # as fractions of a character's width
 FIGURE_STEP, FIGURE_STAGGER = 1.06, 0.0
+# Characters as they are stand out of each other's shadow, and closer where they are wider than WIDE of their height: by their arms.
+AS_IS_STEP, AS_IS_STAGGER = 1.06, 0.35
+WIDE, WIDE_STEP, WIDE_STAGGER = 0.75, 0.8, 0.5
+WALL = 6.0  # meters behind the middle of the row
 
 
 @dataclass(frozen=True)
@@ -106,16 +110,18 @@ def build(
     scene = _scene(resolution)
     all_looks = looks(sigmas)
     low, high = _bounds(points_of(mesh), bust)
-    places = _places(len(all_looks), low, high, bust)
+    width = high.x - low.x
+    step, stagger = (BUST_STEP * width, BUST_STAGGER * width) if bust else (FIGURE_STEP * width, FIGURE_STAGGER * width)
+    row = Row(len(all_looks), low, high, step, stagger, bust)
     characters = []
-    for look, place in zip(all_looks, places, strict=True):
+    for look, place in zip(all_looks, row.places(), strict=True):
         material = materials.create(look.label, look.group, **look.inputs)
         materials.paint(material, material.node_tree.nodes[look.group.name].inputs["Color"], ALBEDO_ATTRIBUTE, albedo)
         subject = add(scene, look.label, mesh, place)
         subject.material_slots[0].link = "OBJECT"
         subject.material_slots[0].material = material
         characters.append(Character(look, subject))
-    key = _surroundings(scene, _width(len(all_looks), low, high, bust), high.z, bust)
+    key = row.surround(scene)
     plain, diffuse = materials.create_plain("Albedo")
     materials.paint(plain, diffuse.inputs["Color"], ALBEDO_ATTRIBUTE, albedo)
     return FiveCharacters(scene, tuple(characters), key, plain)
@@ -130,19 +136,21 @@ def build_as_is(figures: Sequence[Figure], resolution: tuple[int, int], sigmas: 
     scene = _scene(resolution)
     all_looks = looks(sigmas)
     low, high = _bounds(figure.points, False)
-    places = _places(len(all_looks), low, high, False)
+    width = high.x - low.x
+    step, stagger = (WIDE_STEP, WIDE_STAGGER) if width > WIDE * high.z else (AS_IS_STEP, AS_IS_STAGGER)
+    row = Row(len(all_looks), low, high, step * width, stagger * width)
     notes: dict[str, None] = {}
     sources = dict.fromkeys(source for each in figures for source in each.materials)
     converted = look_materials.converted(sources, figure.scale, lambda line: notes.update({line: None}))
     characters = []
-    for look, place in zip(all_looks, places, strict=True):
+    for look, place in zip(all_looks, row.places(), strict=True):
         if look.group is SPECULAR_GROUP:
-            worn = look_materials.under_highlight(converted)
+            worn = look_materials.under_highlight(converted, lambda line: notes.update({line: None}))
         else:
             label = look.inputs.get("Model", MODELS[DEFAULT].label)
             worn = look_materials.in_model(converted, str(label), float(look.inputs.get("Roughness", 0.0)))
         characters.append(Character(look, add(scene, look.label, None, place), worn))
-    key = _surroundings(scene, _width(len(all_looks), low, high, False), high.z, False)
+    key = row.surround(scene)
     stage = FiveCharacters(scene, tuple(characters), key, converted=converted, notes=tuple(notes))
     pose(stage, figure)
     return stage
@@ -170,36 +178,41 @@ def _scene(resolution: tuple[int, int]) -> bpy.types.Scene:
     return scene
 
 
-def _steps(low: Vector, high: Vector, bust: bool) -> tuple[float, float]:
-    """Return how far neighbors stand apart, and one in front of the other [m]."""
-    width = high.x - low.x
-    return (BUST_STEP * width, BUST_STAGGER * width) if bust else (FIGURE_STEP * width, FIGURE_STAGGER * width)
+@dataclass(frozen=True)
+class Row:
+    """A row of characters turned by YAW, of the extent `low` to `high` [m] each, `step` apart, each `stagger` in front of the last.
 
+    With `bust`, their upper parts fill the frame.
+    """
 
-def _width(count: int, low: Vector, high: Vector, bust: bool) -> float:
-    """Return the width of all characters [m]."""
-    return _steps(low, high, bust)[0] * (count - 1) + (high.x - low.x)
+    count: int
+    low: Vector
+    high: Vector
+    step: float
+    stagger: float
+    bust: bool = False
 
+    @property
+    def width(self) -> float:
+        """The width of all [m]."""
+        return self.step * (self.count - 1) + (self.high.x - self.low.x)
 
-def _places(count: int, low: Vector, high: Vector, bust: bool) -> list[Matrix]:
-    """Return what places each of `count` characters of that extent in the row."""
-    step, stagger = _steps(low, high, bust)
-    places = []
-    for index in range(count):
-        column = index - (count - 1) / 2
-        centered = Matrix.Translation((column * step - (low.x + high.x) / 2, -column * stagger, 0.0))
-        places.append(centered @ Matrix.Rotation(YAW, 4, "Z"))
-    return places
+    def places(self) -> Iterator[Matrix]:
+        """Yield what places each of the characters."""
+        for index in range(self.count):
+            column = index - (self.count - 1) / 2
+            centered = Matrix.Translation((column * self.step - (self.low.x + self.high.x) / 2, -column * self.stagger, 0.0))
+            yield centered @ Matrix.Rotation(YAW, 4, "Z")
 
-
-def _surroundings(scene: bpy.types.Scene, width: float, top: float, bust: bool) -> bpy.types.Object:
-    """Add camera, backdrop, sky and key light; return the latter."""
-    _camera(scene, width, top, bust)
-    _backdrop(scene)
-    scene.world = uniform_world("Fill", strength=FILL_RADIANCE)
-    key = add_sun(scene, "Key", KEY_DIRECTION, KEY_IRRADIANCE)
-    scene.view_layers[0].update()
-    return key
+    def surround(self, scene: bpy.types.Scene) -> bpy.types.Object:
+        """Add camera, backdrop, sky and key light; return the latter."""
+        _camera(scene, self.width, self.high.z, self.bust)
+        behind = self.high.y + self.stagger * (self.count - 1) / 2
+        _backdrop(scene, max(WALL, behind + 1.0))
+        scene.world = uniform_world("Fill", strength=FILL_RADIANCE)
+        key = add_sun(scene, "Key", KEY_DIRECTION, KEY_IRRADIANCE)
+        scene.view_layers[0].update()
+        return key
 
 
 def _bounds(points: Iterable[Vector], bust: bool) -> tuple[Vector, Vector]:
@@ -233,11 +246,11 @@ def _camera(scene: bpy.types.Scene, width: float, top: float, bust: bool) -> Non
     scene.camera = add(scene, "Camera", camera, Matrix.Translation((0.0, -distance, height)) @ Matrix.Rotation(math.pi / 2, 4, "X"))
 
 
-def _backdrop(scene: bpy.types.Scene) -> None:
-    """Add the gray floor that the characters stand on and the wall behind them."""
+def _backdrop(scene: bpy.types.Scene, far: float) -> None:
+    """Add the gray floor that the characters stand on and the wall behind them, at y = `far` [m]."""
     material, node = materials.create_plain("Backdrop")
     node.inputs["Color"].default_value = (BACKDROP_ALBEDO, BACKDROP_ALBEDO, BACKDROP_ALBEDO, 1.0)
-    far, size = 6.0, 1000.0  # meters: beyond every camera
+    size = 1000.0  # meters: beyond every camera
     floor = [(-size, -size, 0.0), (size, -size, 0.0), (size, far, 0.0), (-size, far, 0.0)]
     wall_top = [(size, far, size), (-size, far, size)]
     mesh = bpy.data.meshes.new("Backdrop")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A character's own materials with the reflectance model of a look, all else as it is: color, textures, normals, metal, alpha.
 
-Standard specular is Lambert's model under Blinn-Phong's highlight in place of the specular layer. Its weight is Specular IOR Level
-scaled so that Principled's default, 0.5, has the weight of `models.blinn_phong`; its exponent is that of Beckmann's lobe of equal
-roughness, 2 / alpha^2 - 2 with alpha = roughness^2: 30 at the default of 0.5. Metal and glass have none; they are as in all looks.
+Standard specular is Lambert's model under Blinn-Phong's highlight in place of the specular layer. Its weight is that layer's
+reflectance at normal incidence, 0.04 for a Principled BSDF as it comes; its exponent is that of Beckmann's lobe of equal roughness,
+2 / alpha^2 - 2 with alpha = roughness^2: 30 at the default of 0.5. Metal and glass have none; they are as in all looks.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -19,7 +19,6 @@ from ..addon.nodes.graph import Number, key_and_version
 
 CHANGED_INSIDE = "was changed inside, for all that use it"  # of convert's notes
 DEFAULT_ALBEDO = 0.8  # of faces without a material, in Cycles
-DEFAULT_LEVEL = 0.5  # Specular IOR Level of a Principled BSDF
 LAMBERT = MODELS["lambert"].label
 # By key of a group or type of a node: what turns off all layers above its diffuse reflection, and its light
 DIFFUSE_ALONE: Mapping[str, Mapping[str, float]] = {
@@ -89,8 +88,12 @@ def in_model(given: Materials, label: str, sigma: float) -> LookMaterials:
     return LookMaterials(shown, _changed(shown, f"{label}, measured", diffuse_alone))
 
 
-def under_highlight(given: Materials) -> LookMaterials:
-    """Return `converted` materials as standard specular."""
+def under_highlight(given: Materials, say: Callable[[str], None]) -> LookMaterials:
+    """Return `converted` materials as standard specular; `say` is told in a line what the highlight lacks of a specular layer."""
+    for material in given.values():
+        for node in (node for tree in trees(material) for node in closures(tree)):
+            if key_and_version(node)[0] == PRINCIPLED.key and (lacking := _lacking(node)):
+                say(f"{material.name}: standard specular has a highlight without {' and '.join(lacking)}")
 
     def apply(tree: bpy.types.ShaderNodeTree) -> None:
         for node in closures(tree):
@@ -114,14 +117,25 @@ def highlight(graph: TreeGraph, node: bpy.types.Node, key: str) -> tuple[Number,
     default = Specular()
     if key == ROUGH_DIFFUSE.key:
         return default.specular, default.exponent
+    ratio = graph.number(node.inputs["IOR"])
+    root = (ratio - 1.0) / (ratio + 1.0)
     if key == SUBSURFACE.key:
-        weight = graph.times(graph.number(node.inputs["Specular"]), default.specular)
+        weight = graph.times(graph.number(node.inputs["Specular"]), root * root)
         return weight, _exponent(graph, graph.number(node.inputs["Specular Roughness"]))
-    weight = graph.times(graph.number(node.inputs["Specular IOR Level"]), default.specular / DEFAULT_LEVEL)
+    weight = graph.times(graph.number(node.inputs["Specular IOR Level"]), root * root * 2.0)
     for name in ("Metallic", "Transmission Weight"):
         weight = graph.less(weight, graph.number(node.inputs[name]))
     weight = graph.times(weight, graph.number(node.inputs["Alpha"]))
     return weight, _exponent(graph, graph.number(node.inputs["Roughness"]))
+
+
+def _lacking(node: bpy.types.Node) -> list[str]:
+    """Return what the specular layer of a Principled Rough Diffuse has that Blinn-Phong's highlight has not."""
+    tint = node.inputs["Specular Tint"]
+    lacking = ["tint"] if tint.is_linked or any(value != 1.0 for value in tint.default_value[:3]) else []
+    for name, what in (("Anisotropic", "anisotropy"), ("Thin Film Thickness", "thin film")):
+        lacking += [what] if node.inputs[name].is_linked or node.inputs[name].default_value else []
+    return lacking
 
 
 def _exponent(graph: TreeGraph, roughness: Number) -> Number:

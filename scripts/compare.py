@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 OPTION_NAMES = {"characters": "character", "sigmas": "sigma", "full_figure": "full-figure"}  # where they are not the attributes'
 INCLUDED = ("human", "monkey")
-MOST_ROWS = 12
 REPORT, OUT = Path("report/report.json"), Path("comparison")
 
 type Table = tuple[str, Sequence[str], Sequence[Sequence[str]]]  # title, columns and rows
@@ -97,7 +96,7 @@ def parse(arguments: list[str]) -> Namespace:
     add("--full-figure", action="store_const", const=True, help=text)
     text = "five: show a character's file as one mesh in one color instead of as it is"
     add("--plaster", action="store_const", const=True, help=text)
-    text = "five, face: optimize the materials for each engine, which renders the same picture (default: on)"
+    text = "five, face: optimize plaster's materials for each engine, which renders the same picture (default: on)"
     add("--optimize", action=BooleanOptionalAction, help=text)
     add("--out", type=Path, metavar="DIR", help=f"folder to write (default: {OUT}; with --job the job's own)")
     add("--save-blend", action="store_true", help="also write SCENE.blend, the scene to open in Blender")
@@ -261,9 +260,8 @@ def _render(
     for note in collected.notes:
         terminal.say(f"{note['character']}: {note['text']}")
     for label, findings in renderer.optimized.items():
-        if findings:  # a line for each material, unless there are hundreds of a character's own
-            table = rows(findings)
-            terminal.table(f"Materials optimized for {label}", COLUMNS, table if len(table) <= MOST_ROWS else table[-1:])
+        if findings:
+            terminal.table(f"Materials optimized for {label}", COLUMNS, rows(findings))
     if options.save_blend and renderer.scene:
         pictures.save_blend(renderer.scene, output.folder / f"{options.scene}.blend")
     return collected

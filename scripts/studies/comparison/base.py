@@ -170,7 +170,8 @@ class Renderer[Asked: JobSpec](ABC):
             self.configure(engine)
             engines.use(self.scene, engine, self.spec.samples[engine.key])
             # Realtime takes a material's values, not its nodes
-            self.optimized[engine.label] = optimize_materials() if self.spec.optimize and engine is not REALTIME else []
+            optimizes = self.spec.optimize and engine is not REALTIME and self.optimizes
+            self.optimized[engine.label] = optimize_materials() if optimizes else []
             self.engine = engine
 
     def _picture(self, item: WorkItem, engine: Engine, progress: Progress) -> Rendered:
@@ -191,6 +192,11 @@ class Renderer[Asked: JobSpec](ABC):
         restore_materials()
         if self.scene:
             self.wear(self.outfit(PICTURE))
+
+    @property
+    def optimizes(self) -> bool:
+        """Whether to optimize materials pays for the few renders of the last character."""
+        return True
 
     def outfit(self, look: str) -> str:
         """Return the name of what the characters wear for a look, or for the picture; empty where it is the same for all."""

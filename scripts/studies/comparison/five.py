@@ -26,6 +26,7 @@ from true_diffuse.scripts.studies.comparison.outcomes import Outcomes, Rendered
 
 MAP_WORK = 1.0
 MEASURED = "measured"  # the outfit beside PICTURE
+MEASURED_NOTE = "errors are those of its diffuse reflection: where a pixel is opaque, no metal and no light, without layers above"
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ class Renderer(base.Renderer[JobSpec]):
         else:
             self._figures = characters.load_figures(characters.check_file(who), all_frames, self.notes.append)
             self._five = five_characters.build_as_is(tuple(self._figures.values()), spec.resolution, spec.sigmas)
-            self.notes += self._five.notes
+            self.notes += [*self._five.notes, MEASURED_NOTE]
         self._shown: Frame | str = "nothing"
         self._seen = {}
         return self._five.scene
@@ -108,6 +109,10 @@ class Renderer(base.Renderer[JobSpec]):
         for character in self._five.characters if self._meshes else ():
             character.subject.data = self._meshes[frame]
         self._five.scene.view_layers[0].update()
+
+    @property
+    def optimizes(self) -> bool:
+        return not self._figures  # dozens of materials, of which each takes longer than a render
 
     def outfit(self, look: str) -> str:
         if not self._figures:
