@@ -693,6 +693,34 @@ def test_a_baked_alpha_below_a_cutoff_stays_a_mask(tmp_path: Path) -> None:
     assert "baseColorTexture" in written["pbrMetallicRoughness"] and report.take() == []
 
 
+def test_factors_are_folded_and_a_gray_made_of_colors_is_said(tmp_path: Path) -> None:
+    material = rough("Lambert")
+    material.name = "part"
+    mix = add(
+        material,
+        "Mix",
+        0.5,
+        image_node(material, "in part").outputs["Color"],
+        (0.2, 0.4, 0.6, 1.0),
+        data_type="RGBA",
+        blend_type="MULTIPLY",
+    )
+    color = next(socket for socket in mix.outputs if socket.enabled)
+    material.node_tree.links.new(times(material, color, (0.5, 0.5, 0.5, 1.0)), group_node(material)[0].inputs["Color"])
+    show(material)
+    gray = rough("Lambert")
+    gray.name = "gray"
+    half = add(gray, "Math", image_node(gray, "colors").outputs["Color"], 0.5, operation="MULTIPLY")
+    gray.node_tree.links.new(half.outputs["Value"], group_node(gray)[0].inputs["Color"])
+    show(gray)
+    written = by_name(export(tmp_path / "one.glb"))
+    part = written["part"]["pbrMetallicRoughness"]
+    assert part["baseColorFactor"] == pytest.approx([0.3, 0.35, 0.4, 1.0]) and part["baseColorTexture"]["image"] == "in part"
+    assert report.take() == [
+        "True Diffuse: gray: Base color: the node Math (Math) is not supported, the image colors is written without it"
+    ]
+
+
 def test_images_of_the_same_file_name_stay_two(tmp_path: Path) -> None:
     for folder, color in (("first", (1.0, 0.0, 0.0, 1.0)), ("second", (0.0, 1.0, 0.0, 1.0))):
         image = bpy.data.images.new(folder, 4, 4)

@@ -135,7 +135,7 @@ def take_opacity(surface: bpy.types.NodeSocket, principled: bpy.types.Node) -> N
 
 def _is_transparent(place: Place) -> bool:
     """Return whether a closure is a Transparent BSDF of white."""
-    return place.node.bl_idname == "ShaderNodeBsdfTransparent" and _product(place.input("Color")) == Product(constants=1)
+    return place.node.bl_idname == "ShaderNodeBsdfTransparent" and _product(place.input("Color"), True) == Product(constants=1)
 
 
 def _link_image(place: Place, image: bpy.types.Image) -> None:
@@ -177,7 +177,8 @@ def _arrange(place: Place, name: str) -> None:
         return
     if name == "Alpha":
         place = _below_clip(place)
-    product = _product(place)
+    is_color = name in COLORS
+    product = _product(place, is_color)
     if name in CONSTANTS and product.images:
         raise NotHeld(product.images[0], "an image")
     if product.attributes and name not in ATTRIBUTES:
@@ -185,60 +186,71 @@ def _arrange(place: Place, name: str) -> None:
     for images, what in ((product.images, "a product of images"), (product.attributes, "a product of color attributes")):
         if len(images) > 1:
             raise NotHeld(images[1], what)
+    for attribute in product.attributes:
+        if (attribute.socket.name == "Alpha") == is_color:
+            raise NotHeld(attribute, f"the output {attribute.socket.name} of a color attribute")
     for image in product.images:
-        _check_image(image, is_color=name in COLORS)
+        _check_image(image, is_color)
     varies_not = not product.images and not product.attributes
+    if not is_color and not varies_not and len(set(product.factor)) > 1:
+        raise NotHeld(source(place), "a factor of several colors")
     if not product.is_arranged or product.constants > 1 or (name == "IOR" and varies_not):  # whose links the exporter ignores
         _link(place, product)
 
 
-def _product(place: Place) -> Product:
-    """Return what feeds an input as a product. Raises NotHeld where it is none."""
+def _product(place: Place, is_color: bool) -> Product:
+    """Return what feeds an input, of a color or a number, as a product. Raises NotHeld where it is none."""
     origin = source(place)
     socket, node = origin.socket, origin.node
     if not socket.is_output:
         return Product(_triple(socket.default_value), constants=1)
     if node.mute:
         raise NotHeld(origin, f"the muted node {node.bl_label}")
+    is_number = socket.type in ("VALUE", "INT", "BOOLEAN")
     match node.bl_idname:
         case "ShaderNodeValue" | "ShaderNodeRGB":
             return Product(_triple(socket.default_value), constants=1)
-        case "ShaderNodeTexImage":
+        case "ShaderNodeTexImage" if not (is_color and is_number):
             return Product(images=[origin])
         case "ShaderNodeVertexColor":
             return Product(attributes=[origin])
         case "ShaderNodeAttribute" if node.attribute_type == "GEOMETRY" and socket.name in ("Color", "Vector", "Alpha"):
             return Product(attributes=[origin])
-        case "ShaderNodeSeparateColor" if node.mode == "RGB":
-            inner = _product(origin.input(0))
+        case "ShaderNodeSeparateColor" if node.mode == "RGB" and not is_color:
+            inner = _product(origin.input(0), True)
             if inner.images and not inner.attributes and not inner.constants:
                 return Product(images=[origin])
         case "ShaderNodeMix" if node.data_type == "RGBA" and node.blend_type == "MULTIPLY" and not node.clamp_result:
-            factor, first, second = (Place(node.inputs[name], origin.groups) for name in (0, 6, 7))
-            weight = _product(factor)
-            if not weight.images and not weight.attributes:
-                return _mixed(_product(first), _product(second), weight.factor[0], not source(factor).socket.is_output)
+            return _mixed(origin, is_color)
         case "ShaderNodeMath" if node.operation == "MULTIPLY" and not node.use_clamp:
-            return _product(origin.input(0)) * _product(origin.input(1))
-        case "ShaderNodeMath" if node.operation == "DIVIDE" and not node.use_clamp:
-            divisor = _product(origin.input(1))
+            found = _product(origin.input(0), False) * _product(origin.input(1), False)
+            if not is_color or not (found.images or found.attributes):  # else a gray is made of colors
+                return found * Product(is_arranged=not is_color)
+        case "ShaderNodeMath" if node.operation == "DIVIDE" and not node.use_clamp and not is_color:
+            divisor = _product(origin.input(1), False)
             if not divisor.images and not divisor.attributes and divisor.factor[0]:
                 inverse = 1.0 / divisor.factor[0]
-                return _product(origin.input(0)) * Product((inverse, inverse, inverse), is_arranged=False)
+                return _product(origin.input(0), False) * Product((inverse, inverse, inverse), is_arranged=False)
         case "ShaderNodeVectorMath" if node.operation in ("MULTIPLY", "SCALE"):
-            factor = origin.input("Scale" if node.operation == "SCALE" else 1)
-            return _product(origin.input(0)) * _product(factor) * Product(is_arranged=False)
+            second = _product(origin.input("Scale" if node.operation == "SCALE" else 1), node.operation == "MULTIPLY")
+            return _product(origin.input(0), True) * second * Product(is_arranged=False)
     raise NotHeld(origin, f"the node {node.bl_label}")
 
 
-def _mixed(first: Product, second: Product, weight: float, is_plain: bool) -> Product:
-    """Return `first` times `second`, by a `weight` below 1 times the mean of `second`, which then must be constant, and 1."""
-    if weight == 1.0:
-        return first * second * Product(is_arranged=is_plain)
-    if second.images or second.attributes:
-        raise ValueError("a product in part")
-    red, green, blue = (1.0 - weight + weight * channel for channel in second.factor)
-    return first * Product((red, green, blue), is_arranged=False)
+def _mixed(mix: Place, is_color: bool) -> Product:
+    """Return the product of a Mix node that multiplies colors, by a constant factor below 1 with a constant color."""
+    factor, first, second = (Place(mix.node.inputs[index], mix.groups) for index in (0, 6, 7))
+    weight = _product(factor, False)
+    a, b = _product(first, True), _product(second, True)
+    if weight.images or weight.attributes:
+        raise NotHeld(mix, "a mix by a factor that varies")
+    part = min(max(weight.factor[0], 0.0), 1.0) if mix.node.clamp_factor else weight.factor[0]
+    if part == 1.0:
+        return a * b * Product(is_arranged=is_color and not source(factor).socket.is_output)
+    if b.images or b.attributes:
+        raise NotHeld(mix, "a product of images or color attributes in part")
+    red, green, blue = (1.0 - part + part * channel for channel in b.factor)
+    return a * Product((red, green, blue), is_arranged=False)
 
 
 def _triple(value: float | bpy.types.bpy_prop_array) -> tuple[float, float, float]:
@@ -329,7 +341,7 @@ def _check_normal(place: Place) -> None:
         raise NotHeld(node, "DirectX's direction of green")
     if node.input("Strength").socket.is_linked:
         raise NotHeld(node, "a linked strength")
-    product = _product(node.input("Color"))
+    product = _product(node.input("Color"), True)
     if len(product.images) != 1 or product.attributes or product.constants:
         raise NotHeld(node, "a normal map that is not an image alone")
     _check_image(product.images[0], is_color=False)

@@ -143,7 +143,7 @@ def _make_principled(node: bpy.types.Node, meter: float) -> Iterator[str]:
     original = original_of(node)
     if original is None or original.kind != PRINCIPLED_BSDF:
         original = _nearest(node, meter, True)
-    yield from _restore(node, original)
+    yield from _restore(node, original, is_read=False)  # drivers read the material that the copy is of
 
 
 def _inputs(node: bpy.types.Node) -> dict[str, bpy.types.NodeSocket]:
@@ -191,8 +191,11 @@ def _property(entries: Mapping[str, tuple[str, str]], entry: str) -> str:
     return next(identifier for identifier, (label, _) in entries.items() if label == entry)
 
 
-def _restore(node: bpy.types.Node, original: Original) -> Iterator[str]:
-    """Replace `node` by the `original`, with its links, animation and changed values; yields what is lost."""
+def _restore(node: bpy.types.Node, original: Original, is_read: bool = True) -> Iterator[str]:
+    """Replace `node` by the `original`, with its links, animation and changed values; yields what is lost.
+
+    `is_read` says whether drivers may read its inputs.
+    """
     tree, sockets = node.id_data, _inputs(node)
     new = tree.nodes.new(original.kind)
     for name, value in original.properties.items():
@@ -238,14 +241,15 @@ def _restore(node: bpy.types.Node, original: Original) -> Iterator[str]:
             yield f"lost what went into {socket.name}"
     for curve in entrances:
         curve.data_path = "none"  # Blender deletes the curves of a node along with it
-    readers = {reader: node.inputs[fcurves.input_of(reader)] for reader in fcurves.readers_of(tree, node)}
+    found = fcurves.readers_of(tree, node) if is_read else []
+    readers = {reader: node.inputs[fcurves.input_of(reader)] for reader in found}
     followed = {
         reader: targets[name]
         for reader, socket in readers.items()
         for name, given in original.inputs.items()
         if given.socket and sockets[given.socket] == socket
     }
-    for helper, target in helped.items():
+    for helper, target in helped.items() if is_read else ():
         followed |= dict.fromkeys(fcurves.readers_of(tree, helper), target)
     for target, is_muted in [(link.to_socket, link.is_muted) for output in node.outputs for link in output.links]:
         tree.links.new(new.outputs[0], target).is_muted = is_muted
