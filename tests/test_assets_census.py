@@ -14,8 +14,8 @@ from support import assert_bad_input, run_script
 from true_diffuse.addon.blender import engines
 from true_diffuse.scripts.census import features, gltf_file, table, usd_file
 from true_diffuse.scripts.census.pictures import Difference, Stage
-from true_diffuse.scripts.census.values import PLACES, ImageUse, Value, constant, product
-from true_diffuse.scripts.census.verdict import Verdict, judge, judge_picture, poorer
+from true_diffuse.scripts.census.values import CHANNELS, PLACES, ImageUse, Value, constant, product
+from true_diffuse.scripts.census.verdict import Verdict, judge, judge_picture, mentions, poorer
 from true_diffuse.scripts.characters.small import skin
 from true_diffuse.scripts.characters.small.characters import GLTF_FILES
 from true_diffuse.scripts.characters.small.figure import colors, figure
@@ -377,6 +377,22 @@ def test_poorer_is_what_blender_s_own_export_carries_and_ours_does_not() -> None
     channels = {"base color": [IMAGE], "roughness": [constant(0.5)], "normal": [NORMAL]}
     native = {"base color": [IMAGE], "roughness": [constant(1.0)], "normal": [NORMAL]}
     assert poorer(channels, native, {"base color": [IMAGE], "roughness": [constant(1.0)]}, UV_MAPS) == ["normal"]
+
+
+@pytest.mark.parametrize(
+    ("line", "channels"),
+    [
+        ("Base color: the node Noise Texture is not supported, 0.8 is written", {"base color"}),
+        ("Color: the image painted is not supported", {"base color"}),
+        ("Emission color: the node Gamma is not supported", {"emission"}),
+        ("Specular roughness: baked to an image", {"roughness", "specular"}),
+        ("Principled BSDF lost: tint of the highlight", {"specular"}),
+        ("Principled BSDF has metal and transparency and is left alone", {"metallic", "alpha"}),
+        ("the mesh has no UV map", set()),
+    ],
+)
+def test_line_is_about_the_channel_it_names(line: str, channels: set[str]) -> None:
+    assert {channel for channel in CHANNELS if mentions(line, channel)} == channels
 
 
 @pytest.mark.parametrize(

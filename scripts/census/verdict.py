@@ -74,8 +74,16 @@ def judge_picture(
 
 
 def mentions(line: str, channel: str) -> bool:
-    """Return whether a line is about a channel."""
-    return any(re.search(rf"\b{word}", line.lower()) for word in CHANNELS.get(channel, (channel,)))
+    """Return whether a line is about a channel: by what is before its colon where that names any, else by the whole line."""
+    head = line.partition(":")[0].lower()
+    if any(_names(head, other) for other in CHANNELS):
+        return _names(head, channel)
+    return _names(line.lower(), channel)
+
+
+def _names(text: str, channel: str) -> bool:
+    words = CHANNELS.get(channel, (channel,))
+    return text in words or any(re.search(rf"\b{word}", text) for word in words if word != "color")
 
 
 def matches(channel: str, expected: Value, held: Value, uv_maps: Sequence[str]) -> bool:
