@@ -4,6 +4,7 @@
 import json
 import math
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,6 +15,7 @@ import pytest
 from support import Layout
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
 from true_diffuse.addon.material import materials
+from true_diffuse.addon.material.read import group_node
 from true_diffuse.addon.material.summary import material_summary, stated_error
 from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
 from true_diffuse.addon.operators import tolerance as tolerance_operator
@@ -236,6 +238,36 @@ def light(name: str) -> bpy.types.Object:
     item = bpy.data.objects.new(name, bpy.data.lights.new(name, "POINT"))
     bpy.context.scene.collection.objects.link(item)
     return item
+
+
+@pytest.fixture
+def among_addons() -> Iterator[None]:
+    """The extension where Blender's glTF exporter looks for those that take part."""
+    addon = bpy.context.preferences.addons.new()
+    addon.module = "true_diffuse"
+    yield
+    bpy.context.preferences.addons.remove(addon)
+
+
+@pytest.mark.usefixtures("among_addons")
+def test_panel_lists_what_targets_do_not_carry_until_the_material_changes() -> None:
+    material = clay()
+    tree, node = material.node_tree, group_node(material)[0]
+    assert "Realtime: all is carried" in drawn(material).texts and "true_diffuse.check_exports" in drawn(material).offered
+    wire = tree.nodes.new("ShaderNodeWireframe")  # a node that no target has
+    tree.links.new(wire.outputs[0], node.inputs["Color"])
+    assert "Realtime: 1 not carried" in drawn(material).texts
+    before = {name: len(getattr(bpy.data, name)) for name in ("scenes", "objects", "meshes", "materials")}
+    with bpy.context.temp_override(material=material):
+        assert bpy.ops.true_diffuse.check_exports() == {"FINISHED"}
+    assert {name: len(getattr(bpy.data, name)) for name in before} == before
+    texts = drawn(material).texts
+    assert {"USD: 1 not carried", "glTF: 1 not carried"} <= set(texts) and "Wireframe" in " ".join(texts)
+    tree.links.remove(node.inputs["Color"].links[0])
+    assert "Outdated: the material has changed" in drawn(material).texts
+    with bpy.context.temp_override(material=material):
+        bpy.ops.true_diffuse.check_exports()
+    assert {"USD: all is carried", "glTF: all is carried"} <= set(drawn(material).texts)
 
 
 def test_lights_are_chosen_from_a_list() -> None:

@@ -40,6 +40,11 @@ def take() -> list[str]:
     return lines
 
 
+def put_back(lines: list[str]) -> None:
+    """Have lines of `take` shown after all, before those that have come since."""
+    _lines.extendleft(reversed(lines))
+
+
 def show() -> float:
     """Report all notes; returns the time until the next call [s], as Blender's timers want it."""
     for line in take():

@@ -2,7 +2,7 @@
 """Panels: Material properties > True Diffuse, the same in the Shader Editor's sidebar, and the error in Scene properties."""
 
 import textwrap
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING
 
 import bpy
@@ -10,6 +10,7 @@ import bpy
 from ..blender.id_properties import SPECIALIZED_FOR
 from ..operators.context import is_node_editor, material_of, node_of
 from ..operators.convert import TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes
+from ..operators.exports import TRUE_DIFFUSE_OT_check_exports, answers
 from ..operators.lights import TRUE_DIFFUSE_OT_toggle_light, TRUE_DIFFUSE_OT_use_selected_lights
 from ..operators.measure import TRUE_DIFFUSE_OT_measure, measurements
 from ..operators.optimize import TRUE_DIFFUSE_OT_optimize, TRUE_DIFFUSE_OT_restore
@@ -118,6 +119,7 @@ def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, materi
         _section(layout, "lights", "Lights", lambda body: draw_lights(body, context.scene))
     _section(layout, "plot", "Plot", lambda body: draw_plots(body, context, summary))
     _section(layout, "accuracy", "Accuracy", lambda body: draw_accuracy(body, context.scene, material, summary))
+    _section(layout, "carried", "Not Carried", lambda body: draw_carried(body, context.scene, material))
     _section(layout, "error", "Error", lambda body: draw_error(body, context.scene))
     row = layout.row(align=True)
     row.operator(TRUE_DIFFUSE_OT_optimize.bl_idname)
@@ -245,6 +247,31 @@ def draw_accuracy(
         column.active = False
     for line in measurement.lines():
         column.label(text=line)
+
+
+def draw_carried(layout: bpy.types.UILayout, scene: bpy.types.Scene, material: bpy.types.Material) -> None:
+    """Draw what of the material Realtime does not draw, and what files of the last check do not carry."""
+    from ..probe.exports import realtime_losses
+
+    _draw_losses(layout, "Realtime", realtime_losses(material, scene))
+    answer = answers.get(material.session_uid)
+    if answer:
+        column = layout.column()
+        if not answer.is_current(material):
+            column.label(text="Outdated: the material has changed", icon="ERROR")
+            column.active = False
+        for target, lines in answer.lines.items():
+            _draw_losses(column, target, lines)
+    layout.operator(TRUE_DIFFUSE_OT_check_exports.bl_idname)
+
+
+def _draw_losses(layout: bpy.types.UILayout, target: str, lines: Sequence[str]) -> None:
+    """Draw a line for `target`, and the `lines` of what it does not carry."""
+    layout.label(
+        text=f"{target}: {f'{len(lines)} not carried' if lines else 'all is carried'}", icon="ERROR" if lines else "CHECKMARK"
+    )
+    for line in lines:
+        _caption(layout, *textwrap.wrap(line, LINE_LENGTH))
 
 
 def draw_lights(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The operator that asks USD and glTF what they carry of a material, and the answers of this session."""
+
+from typing import TYPE_CHECKING
+
+import bpy
+
+from .base import Operator
+from .context import material_of
+
+if TYPE_CHECKING:
+    from ..probe.exports import CarriedBy
+
+answers: dict[int, "CarriedBy"] = {}  # by a material's session_uid
+
+
+class TRUE_DIFFUSE_OT_check_exports(Operator):
+    """Export the material to USD and glTF in a temporary folder, and list what these files do not carry of it"""
+
+    bl_idname = "true_diffuse.check_exports"
+    bl_label = "Check Exports"
+    bl_options = {"REGISTER"}  # the file is as before, so there is nothing to undo
+
+    @classmethod
+    def obstacle(cls, context: bpy.types.Context) -> str:
+        return "There is no material" if material_of(context) is None else ""
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        from ..probe.exports import check_exports
+
+        material = material_of(context)
+        try:
+            answer = check_exports(material, context)
+        except (RuntimeError, OSError) as error:
+            return self.cancel_with(error)
+        answers[material.session_uid] = answer
+        notes = [f"{target}: {line}" for target, lines in answer.lines.items() for line in lines]
+        self.report_with_notes(f"{material.name}: {'not all is carried' if notes else 'USD and glTF carry all of it'}", notes)
+        for area in context.screen.areas if context.screen else ():
+            area.tag_redraw()
+        return {"FINISHED"}
+
+
+CLASSES = (TRUE_DIFFUSE_OT_check_exports,)
