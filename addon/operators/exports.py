@@ -26,19 +26,23 @@ class TRUE_DIFFUSE_OT_check_exports(Operator):
         return "There is no material" if material_of(context) is None else ""
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from ..probe.exports import check_exports
+        return check(self, context, material_of(context))
 
-        material = material_of(context)
-        try:
-            answer = check_exports(material, context)
-        except (RuntimeError, OSError) as error:
-            return self.cancel_with(error)
-        answers[material.session_uid] = answer
-        notes = [f"{target}: {line}" for target, lines in answer.lines.items() for line in lines]
-        self.report_with_notes(f"{material.name}: {'not all is carried' if notes else 'USD and glTF carry all of it'}", notes)
-        for area in context.screen.areas if context.screen else ():
-            area.tag_redraw()
-        return {"FINISHED"}
+
+def check(operator: Operator, context: bpy.types.Context, material: bpy.types.Material) -> set[str]:
+    """Check the exports of `material` and report the result; returns what an operator's `execute` does."""
+    from ..probe.exports import check_exports
+
+    try:
+        answer = check_exports(material, context)
+    except (RuntimeError, OSError) as error:
+        return operator.cancel_with(error)
+    answers[material.session_uid] = answer
+    notes = [f"{target}: {line}" for target, lines in answer.lines.items() for line in lines]
+    operator.report_with_notes(f"{material.name}: {'not all is carried' if notes else 'USD and glTF carry all of it'}", notes)
+    for area in context.screen.areas if context.screen else ():
+        area.tag_redraw()
+    return {"FINISHED"}
 
 
 CLASSES = (TRUE_DIFFUSE_OT_check_exports,)
