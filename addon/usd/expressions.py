@@ -10,13 +10,14 @@ from itertools import pairwise
 
 from ..material import expression as tree
 from ..material.expression import Apply, Attribute, Coordinate, Curve, Expression, ImageTexture, NormalMap, UvMap
+from ..material.texture_formulas import as_arithmetic, is_fractal
 from ..material.textures import FUNCTIONS
 from ..models.color import LUMINANCE
 from .affine import Step, transformed
 from .compositions import BY_TYPE, COLORS, COMPOSITIONS, VECTORS
 from .files import Files, Unsupported
 from .lookups import color_of
-from .network import COLOR, COLOR4, FILE, FLOAT, STRING, VECTOR2, VECTOR3, Constant, Network, Primvar
+from .network import COLOR, COLOR4, FILE, FLOAT, INT, STRING, VECTOR2, VECTOR3, Constant, Network, Primvar
 from .terms import TYPES, Term, combined, constant
 
 ADDRESS_MODES = {"REPEAT": "periodic", "EXTEND": "clamp", "CLIP": "constant", "MIRROR": "mirror"}
@@ -214,6 +215,10 @@ class Writer:
     def _operation(self, expression: Apply, kind: str) -> Term:
         name, arguments = expression.operation, expression.arguments
         try:
+            if is_fractal(expression):
+                return self._fractal(expression)
+            if formula := as_arithmetic(expression):
+                return self._value(formula, kind)
             if name in BY_TYPE:
                 return BY_TYPE[name](*(self._value(one, kind if one.kind == "triple" else FLOAT) for one in arguments))
             if name in VECTORS or name in COLORS:
@@ -230,6 +235,15 @@ class Writer:
             return self._by_components(expression, kind)
         except Unsupported as problem:
             raise Unsupported(problem.node or expression.label, problem.what) from problem
+
+    def _fractal(self, noise: Apply) -> Term:
+        vector, _, _, detail, roughness, lacunarity, *_ = noise.arguments
+        octaves = Constant(INT, int(self.number(detail).constant or 0.0) + 1)
+        inputs = {"octaves": octaves, "lacunarity": self.number(lacunarity), "diminish": self.number(roughness)}
+        place = self.vector(vector)
+        if "2D" in noise.operation:
+            return self._add("noise", "ND_fractal2d_float", FLOAT, texcoord=place.converted(VECTOR2), **inputs)
+        return self._add("noise", "ND_fractal3d_float", FLOAT, position=place, **inputs)
 
     def _own(self, expression: Expression) -> Term:
         """Return a triple in the type that it is written in already, or that comes without a conversion."""
