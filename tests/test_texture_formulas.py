@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Textures as arithmetic, against their reference, and MaterialX' fractal noise against it."""
 
+import math
 import random
 from pathlib import Path
 
@@ -8,9 +9,12 @@ import MaterialX as mx
 import pytest
 
 from true_diffuse.addon.material.expression import Apply, Constant, Coordinate, Expression, Point, evaluate, triple, walk
-from true_diffuse.addon.material.operations import OPERATIONS
+from true_diffuse.addon.material.operations import OPERATIONS, Value, broadcast
 from true_diffuse.addon.material.texture_formulas import as_arithmetic, is_fractal
 from true_diffuse.addon.material.textures import FUNCTIONS
+from true_diffuse.addon.usd.expressions import Writer
+from true_diffuse.addon.usd.network import Network, Output
+from true_diffuse.addon.usd.terms import COMPARISONS, NODES
 from true_diffuse.scripts.studies.glsl_values import evaluate_functions
 
 OCTAVES = (2.6, 0.55, 2.1, 0.8, 1.3)  # detail, roughness, lacunarity, offset, gain
@@ -67,6 +71,63 @@ def test_arithmetic_is_the_texture(name: str) -> None:
 def is_basic(expression: Expression) -> bool:
     """Return whether this is no texture but what fractal2d and fractal3d are."""
     return not isinstance(expression, Apply) or expression.operation.partition("(")[0] not in FUNCTIONS or is_fractal(expression)
+
+
+@pytest.mark.parametrize("name", [name for name in CASES if "_fac" not in name or "(RINGS" in name])
+def test_usd_network_is_the_texture(name: str, library: mx.Document) -> None:
+    network = Network("MaterialX_")
+    whole = texture(name, CASES[name])
+    color = Writer(network, {}).color(Apply(whole.operation, (Coordinate("position"), *whole.arguments[1:])))
+    assert all(library.getNodeDef(shader.identifier) for shader in network.shaders.values())
+    dice = random.Random(4)
+    for _ in range(20):
+        place = Place(tuple(dice.uniform(-2.0, 2.0) for _ in range(3)))
+        assert value_of(network, color.value, place.vector) == pytest.approx(triple(evaluate(whole, place)), abs=1e-4)
+
+
+@pytest.fixture(scope="module")
+def library() -> mx.Document:
+    document = mx.createDocument()
+    mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), document)
+    return document
+
+
+def value_of(network: Network, output: Output, position: tuple[float, float, float]) -> Value:
+    """Return what an output of a network is at a `position`; fractal noise is the reference's."""
+    found: dict[str, Value] = {}
+    for name, shader in network.shaders.items():
+        given = {key: found[value.shader] if isinstance(value, Output) else value.value for key, value in shader.inputs.items()}
+        node, kind = shader.identifier.split("_")[1], shader.identifier.rpartition("_")[2]
+        if node in NODES:
+            inputs, function = NODES[node]
+            found[name] = broadcast(function, *(given[key] for key in inputs))
+        elif node in COMPARISONS:
+            found[name] = given["in1" if COMPARISONS[node](given["value1"], given["value2"]) else "in2"]
+        else:
+            found[name] = OTHER_NODES[node](given | {"kind": kind, "here": position})
+    return found[output.shader]
+
+
+def converted(value: Value, kind: str) -> Value:
+    return triple(value) if kind != "vector2" else (*triple(value)[:2], 0.0)
+
+
+def fractal(given: dict, position: tuple[float, float, float], dimensions: str) -> float:
+    operation = OPERATIONS[f"noise_value({dimensions}, FBM, False)"]
+    return operation.python(position, 0.0, 1.0, given["octaves"] - 1, given["diminish"], given["lacunarity"], 0.0, 0.0, 0.0)
+
+
+OTHER_NODES = {
+    "position": lambda given: given["here"],
+    "convert": lambda given: converted(given["in"], given["kind"]),
+    "extract": lambda given: given["in"][given["index"]],
+    "combine3": lambda given: (given["in1"], given["in2"], given["in3"]),
+    "dotproduct": lambda given: math.sumprod(given["in1"], given["in2"]),
+    "magnitude": lambda given: math.hypot(*given["in"]),
+    "mix": lambda given: broadcast(lambda a, b, t: a + (b - a) * t, given["bg"], given["fg"], given["mix"]),
+    "fractal2d": lambda given: fractal(given, given["texcoord"], "2D"),
+    "fractal3d": lambda given: fractal(given, given["position"], "3D"),
+}
 
 
 @pytest.mark.parametrize(

@@ -21,9 +21,7 @@ from support import every_model
 from true_diffuse.addon import models, usd
 from true_diffuse.addon.blender import report
 from true_diffuse.addon.material import materials, presets
-from true_diffuse.addon.material.operations import OPERATIONS
 from true_diffuse.addon.material.read import Names, group_node, identifier, plain, read
-from true_diffuse.addon.material.textures import TEXTURES, operation_name
 from true_diffuse.addon.models import MODELS
 from true_diffuse.addon.models.color import LUMINANCE
 from true_diffuse.addon.nodes import GROUPS, PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
@@ -68,25 +66,6 @@ for prim in stage.Traverse():
         }
     elif prim.IsA(UsdGeom.Mesh):
         seen["bound"][prim.GetName()] = UsdShade.MaterialBindingAPI(prim).GetDirectBinding().GetMaterialPath().name
-print(json.dumps(seen))
-"""
-# Prints for each material of a file the radiance of MaterialX' own GLSL at points, lit and seen from above, times pi: the color.
-COLORS = """
-import json, math, sys
-from pathlib import Path
-sys.path.insert(0, sys.argv[3])
-import checkout
-from pxr import Usd, UsdShade
-from true_diffuse.scripts.studies import materialx_code
-standard, seen = materialx_code.library(), {}
-stage = Usd.Stage.Open(sys.argv[1])
-up, points = (0.0, 0.0, 1.0), json.loads(sys.argv[2])
-for prim in stage.Traverse():
-    if prim.IsA(UsdShade.Material):
-        made = materialx_code.document(UsdShade.Material(prim), standard)
-        code = materialx_code.generate(made, "GLSL").getSourceCode("pixel")
-        radiance = materialx_code.evaluate(code, up, [(up, tuple(-x for x in point)) for point in points])
-        seen[prim.GetName()] = [[math.pi * x for x in color] for color in radiance]
 print(json.dumps(seen))
 """
 
@@ -626,47 +605,3 @@ def test_bad_input_is_one_line_and_status_2(arguments: tuple[str, ...], tmp_path
     assert result.returncode == 2, result.stdout
     assert len(result.stderr.splitlines()) == 1 and result.stderr.startswith("export_usd.py: error: "), result.stderr
     assert sorted(tmp_path.rglob("*")) == before
-
-
-@pytest.mark.render
-@pytest.mark.usefixtures("driver")
-def test_computed_textures_are_written(tmp_path: Path) -> None:
-    """Textures that are arithmetic and noise: MaterialX' own GLSL gives their reference."""
-    nodes = {
-        "Noise": {"inputs": {"Scale": 1.7, "Detail": 2.6, "Roughness": 0.55, "Distortion": 0.4}},
-        "Noise_2D": {"noise_dimensions": "2D", "noise_type": "RIDGED_MULTIFRACTAL", "inputs": {"Offset": 0.6, "Gain": 1.2}},
-        "Checker": {"inputs": {"Scale": 3.0}},
-        "Gradient": {"gradient_type": "RADIAL"},
-        "Magic": {"turbulence_depth": 2, "inputs": {"Scale": 0.9}},
-        "Wave": {"wave_profile": "SAW", "inputs": {"Scale": 0.4, "Distortion": 0.5, "Detail": 1.0}},
-    }
-    dice = random.Random(2)
-    points = [(dice.uniform(-1.0, 1.0), dice.uniform(-1.0, 1.0), -dice.random()) for _ in range(64)]
-    expected = {}
-    for name, settings in nodes.items():
-        material = rough("Lambert", 0.0)
-        material.name = name
-        tree = material.node_tree
-        node = tree.nodes.new(f"ShaderNodeTex{name.partition('_')[0]}")
-        for key, setting in settings.get("inputs", {}).items():
-            node.inputs[key].default_value = setting
-        for key, setting in settings.items():
-            if key != "inputs":
-                setattr(node, key, setting)
-        tree.links.new(tree.nodes.new("ShaderNodeNewGeometry").outputs["Position"], node.inputs["Vector"])
-        tree.links.new(node.outputs["Color"], group_node(material)[0].inputs["Color"])
-        texture = TEXTURES[node.bl_idname]
-        operation = OPERATIONS[operation_name(texture, {menu: getattr(node, menu) for menu in texture.menus}, "Color")]
-        sockets = {socket.identifier: socket for socket in node.inputs}
-        constants = [plain(sockets[key].default_value) for key in texture.arguments[1:]]
-        expected[name] = [operation.python(point, *constants) for point in points]
-        show(material)
-    path = export(tmp_path / "textures.usda")
-    command = [sys.executable, "-c", COLORS, str(path), json.dumps(points), str(SCRIPTS)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    for name, colors in json.loads(done.stdout).items():
-        off = [max(abs(a - b) for a, b in zip(*pair, strict=True)) for pair in zip(colors, expected.pop(name), strict=True)]
-        # six decimals of a constant, times the slope of a wave of 20 radians or of the third octave
-        assert max(off) < 3e-4, (name, off)
-    assert not expected
