@@ -8,6 +8,7 @@ blender -b --python scripts/export_usd.py -- [OPTIONS]
 import sys
 from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, end, script_arguments
+from true_diffuse.scripts.cli.inputs import number
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import load_character, run_script, start_blender
 
@@ -43,6 +45,8 @@ def parse(arguments: list[str]) -> Namespace:
     parser.add_argument(
         "--out", type=_usd_file, default=Path("true_diffuse.usdz"), metavar="FILE", help="default: true_diffuse.usdz"
     )
+    text = "bake what USD cannot hold, such as noise, to images of so many pixels a side"
+    parser.add_argument("--bake", type=number(int, 1, 16384), metavar="RESOLUTION", help=text)
     options = parser.parse_args(arguments)
     if options.scene not in BUILT and Path(options.scene).suffix != ".blend":
         parser.error(f"unknown scene {options.scene!r}: choose five, face or a .blend file")
@@ -75,7 +79,8 @@ def export(options: Namespace, output: OutputFolder, terminal: Terminal) -> None
         with progress.step(f"Writing {len(exported)} objects", 1.0):
             file = output.folder / options.out.name
             try:
-                bpy.ops.wm.usd_export(filepath=str(file), selected_objects_only=options.material is not None)
+                with _baking(scene, options.bake):
+                    bpy.ops.wm.usd_export(filepath=str(file), selected_objects_only=options.material is not None)
             except RuntimeError as error:
                 raise BadInput(f"Blender cannot write {options.out}: {' '.join(str(error).split())}") from error
     if not file.is_file():
@@ -84,6 +89,18 @@ def export(options: Namespace, output: OutputFolder, terminal: Terminal) -> None
         terminal.say(line)
     written = _publish_textures(output) + output.publish()
     terminal.say(f"Wrote {', '.join(written)} to {options.out.parent}")
+
+
+def _baking(scene: "bpy.types.Scene", resolution: int | None) -> AbstractContextManager[None]:
+    """Have images of what the networks of the scene's materials lack, where a resolution is given."""
+    if resolution is None:
+        return nullcontext()
+    from true_diffuse.addon.material.materials import materials_of
+    from true_diffuse.addon.usd import export as usd_export
+    from true_diffuse.addon.usd.baking import baking
+
+    shown = ((material, usd_export.shown(material)) for material in materials_of(scene))
+    return baking([(material, target) for material, target in shown if target], usd_export.scale_length(), resolution)
 
 
 def _scene(options: Namespace, say: Callable[[str], None]) -> "bpy.types.Scene":

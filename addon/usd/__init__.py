@@ -6,6 +6,7 @@ export.py               a material -> both networks, its image files and nodes, 
 materialx.py            Surface -> MaterialX: the closures; nearest.py: what stands for each reflectance model
 expressions.py          what feeds an input -> MaterialX: images, attributes, normals; operations by terms.py and compositions.py
 preview.py, lookups.py  Surface -> UsdPreviewSurface; lookups.py: what of an expression is one image, scaled
+baking.py               images in place of what the networks lack
 affine.py               coordinates that are a UV map moved, turned and scaled
 network.py              a shading network as plain values
 color_spaces.py         images' color spaces by their names in MaterialX

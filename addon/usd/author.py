@@ -61,6 +61,8 @@ def _shaders(material: UsdShade.Material, network: Network) -> dict[Sdf.Path, Pr
         for output, kind in shader.outputs.items():
             prim.CreateOutput(output, Sdf.ValueTypeNames.Find(kind))
         for socket, value in shader.inputs.items():
+            if isinstance(value, Constant) and value.interop_id:
+                Usd.ColorSpaceAPI.Apply(prim.GetPrim()).CreateColorSpaceNameAttr(value.interop_id)
             target = prim.CreateInput(socket, Sdf.ValueTypeNames.Find(value.type))
             if isinstance(value, Output):
                 source = UsdShade.Shader.Get(stage, _path(material, value.shader))

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 type Rgb = tuple[float, float, float]
 type Rows = tuple[Rgb, Rgb, Rgb]
 
-DATA = "lin_rec709"  # for numbers that are no colors: MaterialX leaves them as they are
 SRGB = "srgb_texture"
 PROBES: tuple[Rgb, ...] = ((0.2, 0.5, 0.8), (0.9, 0.3, 0.1), (0.02, 0.7, 0.4))
 TOLERANCE = 2e-3  # configurations round their matrices
@@ -86,6 +85,12 @@ def name(color_space: str) -> tuple[str, bool]:
     return nearest, math.isfinite(off) and off < TOLERANCE
 
 
+def interop_id(color_space: str) -> str:
+    """Return the name of a color space that color management systems share; empty where the configuration does not tell."""
+    space = _current().getColorSpace(color_space)
+    return space.getInteropID() if space else ""
+
+
 @cache
 def _configuration(path: str) -> "PyOpenColorIO.Config":
     import PyOpenColorIO
@@ -93,15 +98,20 @@ def _configuration(path: str) -> "PyOpenColorIO.Config":
     return PyOpenColorIO.Config.CreateFromFile(path)
 
 
-def _to_rec709(color_space: str) -> Callable[[Rgb], Rgb] | None:
-    """Return the function from a color in a space to linear Rec. 709; None where the configuration does not tell."""
+def _current() -> "PyOpenColorIO.Config":
+    """Return the configuration that Blender has."""
     bpy.utils.expose_bundled_modules()
-    import PyOpenColorIO
-
     own = Path(bpy.utils.system_resource("DATAFILES")) / "colormanagement" / "config.ocio"
     path = os.environ.get("OCIO", "")
+    return _configuration(path if path and Path(path).is_file() else str(own))
+
+
+def _to_rec709(color_space: str) -> Callable[[Rgb], Rgb] | None:
+    """Return the function from a color in a space to linear Rec. 709; None where the configuration does not tell."""
+    config = _current()
+    import PyOpenColorIO
+
     try:
-        config = _configuration(path if path and Path(path).is_file() else str(own))
         roles = {"cie_xyz_d65_interchange": XYZ_TO_REC709, "aces_interchange": AP0_TO_REC709, "scene_linear": IDENTITY}
         role = next(role for role in roles if config.hasRole(role))
         processor = config.getProcessor(color_space, role).getDefaultCPUProcessor()

@@ -17,12 +17,12 @@ from ..blender import report
 from ..material import node_record
 from ..material.expression import Attribute, Constant, Expression, walk
 from ..material.links import Place, upstream
-from ..material.read import Reading, read_surface
+from ..material.read import Reading
 from ..material.read_nodes import NodeReader, UnsupportedInput
 from ..material.surface import Loss
 from ..nodes import GROUPS
 from ..nodes.graph import key_and_version
-from . import author, color_spaces, materialx, preview, primvars
+from . import author, baking, color_spaces, materialx, preview, primvars
 from .files import Files, ImageFile
 from .network import Primvar
 
@@ -55,7 +55,7 @@ class Export:
         if target is None:
             return False
         stage, path = self.stage, usd_material.GetPath()
-        reading = read_surface(material, unit=scale_length(), target=target)
+        reading = baking.read(material, scale_length(), target)
         losses = list(reading.losses)
         occlusion = _occlusion(material, reading)
         files = self._files(reading, material, export_texture, losses)
@@ -64,9 +64,11 @@ class Export:
         losses += lacking
         simple = None
         if not usd_material.GetPrim().GetChild(VIEWPORT_SHADER):
-            simple, lacking = preview.network(reading.surface, files, own, occlusion)
+            simpler = baking.read(material, scale_length(), target, for_preview=True)
+            files |= self._files(simpler, material, export_texture, losses)
+            simple, lacking = preview.network(simpler.surface, files, own, occlusion)
             said = {loss.parameter for loss in losses if loss.parameter}
-            losses += [loss for loss in lacking if loss.parameter not in said]
+            losses += [loss for loss in (*simpler.losses, *lacking) if not loss.parameter or loss.parameter not in said]
         self.requests[path] = author.write(usd_material, simple, made)
         nodes = node_record.record(material.node_tree)
         nodes["material"] = {name: getattr(material, name) for name in MATERIAL_SETTINGS}
@@ -93,10 +95,10 @@ class Export:
             if not path:
                 continue
             if name not in self.files:
-                space, is_known = (color_spaces.DATA, True)
-                if not image.colorspace_settings.is_data:
-                    space, is_known = color_spaces.name(image.colorspace_settings.name)
-                self.files[name] = ImageFile(path, space, *_channels(image), is_known=is_known)
+                settings = image.colorspace_settings
+                space, is_known = ("", True) if settings.is_data else color_spaces.name(settings.name)
+                interop_id = "data" if settings.is_data else color_spaces.interop_id(settings.name)
+                self.files[name] = ImageFile(path, space, interop_id, *_channels(image), is_known=is_known)
             files[name] = self.files[name]
             if not files[name].is_known:
                 what = f"the color space {image.colorspace_settings.name} of the image {image.name}"

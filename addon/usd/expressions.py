@@ -17,7 +17,7 @@ from .affine import Step, transformed
 from .compositions import BY_TYPE, COLORS, COMPOSITIONS, VECTORS
 from .files import Files, Unsupported
 from .lookups import color_of
-from .network import COLOR, COLOR4, FILE, FLOAT, INT, STRING, VECTOR2, VECTOR3, Constant, Network, Primvar
+from .network import COLOR, COLOR4, FILE, FLOAT, INT, STRING, VECTOR2, VECTOR3, VECTOR4, Constant, Network, Primvar
 from .terms import TYPES, Term, combined, constant
 
 ADDRESS_MODES = {"REPEAT": "periodic", "EXTEND": "clamp", "CLIP": "constant", "MIRROR": "mirror"}
@@ -86,17 +86,17 @@ class Writer:
     # images and attributes
 
     def _image(self, texture: ImageTexture, kind: str) -> Term:
+        """Return a texture: of colors as color3 or color4, which MaterialX transforms, of data as vector3 or vector4."""
         file = self.files[texture.image.name]
         color = color_of(texture)
         is_multiplied = texture.image.alpha_mode == "STRAIGHT" and not texture.is_unassociated and not file.is_opaque
         if texture.output == "color" and color not in self._with_alpha and not is_multiplied:
-            # MaterialX transforms the colors of color3 and color4 alone
-            return self._lookup(color, kind if texture.image.is_data else COLOR).converted(kind)
-        both = self._lookup(color, COLOR4)
+            return self._lookup(color, VECTOR3 if texture.image.is_data else COLOR).converted(kind)
+        both = self._lookup(color, VECTOR4 if texture.image.is_data else COLOR4)
         if texture.output == "alpha":
             return both.component(3)
         if is_multiplied:
-            both = self._add("associated", "ND_premult_color4", COLOR4, **{"in": both})
+            both = self._add("associated", "ND_premult_color4", COLOR4, **{"in": both.converted(COLOR4)})
         return both.converted(kind)
 
     def _lookup(self, texture: ImageTexture, kind: str) -> Term:
@@ -247,9 +247,13 @@ class Writer:
 
     def _own(self, expression: Expression) -> Term:
         """Return a triple in the type that it is written in already, or that comes without a conversion."""
-        is_color = isinstance(expression, (ImageTexture, Attribute)) or (
-            isinstance(expression, Apply) and (expression.operation in COLORS or expression.operation in BY_TYPE)
-        )
+        match expression:
+            case ImageTexture():
+                is_color = not expression.image.is_data
+            case Apply(operation):
+                is_color = operation in COLORS or operation in BY_TYPE
+            case _:
+                is_color = isinstance(expression, Attribute)
         kinds = [kind for kind in (COLOR, VECTOR3) if (expression, kind) in self._written]
         return self._value(expression, kinds[0] if kinds else COLOR if is_color else VECTOR3)
 

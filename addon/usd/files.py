@@ -19,7 +19,9 @@ class ImageFile:
 
     path: str
     color_space: str
-    """By its name in MaterialX; linear Rec. 709 for numbers that are no colors."""
+    """By its name in MaterialX; empty for numbers that are no colors."""
+    interop_id: str = ""
+    """The color space by the name that color management systems share; empty where the configuration does not tell."""
     is_opaque: bool = True
     """Whether alpha is 1 everywhere."""
     is_gray: bool = False

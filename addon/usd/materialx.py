@@ -34,7 +34,9 @@ from .terms import Term
 
 VERSION = "1.39"
 OWN_VALUE = "the socket's own value is written"
+# Operations whose value is within [0, 1] where their arguments are, or always
 BOUNDED = {"x", "y", "z", "luminance", "average", "combine", "multiply", "mix", "minimum", "maximum"}
+SWITCHES = {"less_than", "greater_than", "compare", "fraction", "smooth_step", "smoother_step"}
 MAX_REFLECTANCE = 0.99  # at normal incidence of a dielectric
 ANISOTROPY = 0.9  # the squares' ratio of the axes of Cycles' lobes at Anisotropic 1 is 1 minus that
 
@@ -55,6 +57,7 @@ class _Builder:
         self.network = Network("MaterialX_")
         self.writer = Writer(self.network, files, surface.inputs.values())
         self.losses: list[Loss] = []
+        self._alphas: dict[str, Input] = {}
 
     def build(self, millimeter: float) -> None:
         surface, add = self.surface, self._add
@@ -258,6 +261,11 @@ class _Builder:
 
     def _alpha(self, layer: str) -> Input:
         """Return alpha of a microfacet lobe along both axes, the square of the roughness where they are equal."""
+        if layer not in self._alphas:
+            self._alphas[layer] = self._new_alpha(layer)
+        return self._alphas[layer]
+
+    def _new_alpha(self, layer: str) -> Input:
         roughness = f"{layer}_roughness"
         if layer == "specular" and self.surface.uses("specular_anisotropy"):
             anisotropy = apply("multiply", unit(self.surface["specular_anisotropy"]), ANISOTROPY)
@@ -317,7 +325,14 @@ def is_unit(expression: Expression) -> bool:
     if isinstance(expression, Value):
         values = expression.value if isinstance(expression.value, tuple) else (expression.value,)
         return all(0.0 <= value <= 1.0 for value in values)
-    return isinstance(expression, Apply) and expression.operation in BOUNDED and all(map(is_unit, expression.arguments))
+    match expression:
+        case Apply("subtract", (Value(1 | 1.0), other)):
+            return is_unit(other)
+        case Apply("clamp", (_, Value(0 | 0.0), Value(1 | 1.0))):
+            return True
+        case Apply(operation, arguments):
+            return operation in SWITCHES or (operation in BOUNDED and all(map(is_unit, arguments)))
+    return False
 
 
 def within(expression: Expression, low: float, high: float) -> Expression:

@@ -17,11 +17,12 @@ class Output(NamedTuple):
 
 
 class Constant(NamedTuple):
-    """A value of a USD type; `color_space`, by its name in MaterialX, of the values in a file."""
+    """A value of a USD type; of a file also its color space, by the names that MaterialX and OpenUSD have for it."""
 
     type: str
     value: object
     color_space: str = ""
+    interop_id: str = ""
 
 
 class Primvar(NamedTuple):

@@ -23,7 +23,7 @@ from .nearest import Nearest
 from .network import COLOR, FILE, FLOAT, INT, TOKEN, VECTOR2, VECTOR3, VECTOR4, Constant, Input, Network, Output, Primvar
 
 WRAPS = {"REPEAT": "repeat", "EXTEND": "clamp", "CLIP": "black", "MIRROR": "mirror"}
-COLOR_SPACES = {"srgb_texture": "sRGB", "lin_rec709": "raw"}
+COLOR_SPACES = {"srgb_texture": "sRGB", "lin_rec709": "raw", "": "raw"}
 ENCODED = "srgb_", "g22_", "g18_", "adobergb", "rec709_display"  # how names of encoded color spaces begin
 # What UsdPreviewSurface has nothing for
 LACKS = {
@@ -219,7 +219,7 @@ class _Builder:
             "UsdUVTexture",
             VECTOR3 if found.output == "rgb" else FLOAT,
             found.output,
-            file=Constant(FILE, file.path),
+            file=Constant(FILE, file.path, interop_id=file.interop_id),
             st=self._place(texture.coordinates),
             sourceColorSpace=Constant(TOKEN, COLOR_SPACES.get(file.color_space, default)),
             wrapS=wrap,

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ..material.operations import Value, broadcast
-from .network import COLOR, COLOR4, FLOAT, INT, VECTOR2, VECTOR3, Constant, Input, Network
+from .network import COLOR, COLOR4, FLOAT, INT, VECTOR2, VECTOR3, VECTOR4, Constant, Input, Network
 
-TYPES = {FLOAT: "float", COLOR: "color3", VECTOR3: "vector3", VECTOR2: "vector2", COLOR4: "color4"}
+TYPES = {FLOAT: "float", COLOR: "color3", VECTOR3: "vector3", VECTOR2: "vector2", COLOR4: "color4", VECTOR4: "vector4"}
 """Names in MaterialX of USD's types."""
 
 # Standard nodes: their inputs, and what they compute of constants

@@ -84,12 +84,12 @@ def _node(network: mx.Document, shader: UsdShade.Shader) -> None:
         if connections:
             socket.setNodeName(connections[0].source.GetPrim().GetName())
         else:
-            socket.setValueString(_text(usd_input.Get()))
+            socket.setValueString(text_of(usd_input.Get()))
         if usd_input.GetAttr().HasColorSpace():
             socket.setColorSpace(usd_input.GetAttr().GetColorSpace())
 
 
-def _text(value: object) -> str:
+def text_of(value: object) -> str:
     """Return a USD value in MaterialX's text form."""
     if isinstance(value, bool):
         return str(value).lower()
