@@ -21,8 +21,6 @@ try:
 except moderngl.Error as error:
     print(json.dumps(str(error)))
 """
-# Not continuous: float32 puts a value that is just at a step on the other side of it
-STEPS = {"wrap", "ping_pong", "snap", "floored_modulo", "modulo"}
 
 
 def test_operations_have_the_value_of_the_reference() -> None:

@@ -35,6 +35,7 @@ SKIPPED = {
 NEW_MAPPING = {"scale": [1.0, 1.0, 1.0], "max": [1.0, 1.0, 1.0], "mapping_x": "X", "mapping_y": "Y", "mapping_z": "Z"}
 NEW_COLOR_MAPPING = {"brightness": 1.0, "contrast": 1.0, "saturation": 1.0, "blend_color": [0.8, 0.8, 0.8]}
 NEW_IMAGE_USER = {"frame_duration": 100, "frame_start": 1}
+GROUP_TYPES = ("GROUP", "GROUP_INPUT", "GROUP_OUTPUT")
 NUMBERS = (bool, int, float, str)
 
 
@@ -114,8 +115,8 @@ def _node(node: bpy.types.Node) -> Record:
         for socket in where:
             value = getattr(socket, "default_value", None)
             if value is not None and (side == "inputs" or node.type in ("VALUE", "RGB", "NORMAL")):
-                found[socket.name if own else socket.identifier] = _plain(value)
-        hidden = [socket.identifier for socket in where if socket.hide]
+                found[_key(socket)] = _plain(value)
+        hidden = [_key(socket) for socket in where if socket.hide]
         if found:
             sockets[side] = found
         if hidden:
@@ -199,18 +200,24 @@ def _curves(mapping: bpy.types.CurveMapping) -> Record:
 
 
 def _links(tree: bpy.types.NodeTree) -> list[list[Any]]:
-    def name(socket: bpy.types.NodeSocket) -> str:
-        own = key_and_version(socket.node)[0] in {group.key for group in GROUPS}
-        return socket.name if own else socket.identifier
-
     links = [link for link in tree.links if link.is_valid]
-    return [[link.from_node.name, name(link.from_socket), link.to_node.name, name(link.to_socket), link.is_muted] for link in links]
+    return [[link.from_node.name, _key(link.from_socket), link.to_node.name, _key(link.to_socket), link.is_muted] for link in links]
+
+
+def _key(socket: bpy.types.NodeSocket) -> str:
+    """Return what finds a socket again: its name in a group of ours, its place in another's group, else its identifier."""
+    if key_and_version(socket.node)[0] in {group.key for group in GROUPS}:
+        return socket.name
+    if socket.node.type in GROUP_TYPES:
+        sockets = socket.node.outputs if socket.is_output else socket.node.inputs
+        return f"#{list(sockets).index(socket)}"
+    return socket.identifier
 
 
 def _interface_item(item: bpy.types.NodeTreeInterfaceItem) -> Record:
     values: Record = {"item": item.item_type, "name": getattr(item, "name", "")}
     if isinstance(item, bpy.types.NodeTreeInterfaceSocket):
-        values |= {"in_out": item.in_out, "socket": item.bl_socket_idname, "identifier": item.identifier}
+        values |= {"in_out": item.in_out, "socket": item.bl_socket_idname}
         if (default := getattr(item, "default_value", None)) is not None:
             values["default"] = _plain(default)
         values |= {name: _number(getattr(item, name)) for name in ("min_value", "max_value") if hasattr(item, name)}
@@ -245,8 +252,8 @@ def _made(tree: bpy.types.NodeTree, values: Mapping[str, Any], find_image: FindI
         for name, value in sockets.items():
             _set_socket(node, getattr(node, side), name, value, problems)
     for side in ("inputs", "outputs"):
-        for identifier in values.get(f"hidden_{side}", ()):
-            socket = next((one for one in getattr(node, side) if one.identifier == identifier), None)
+        for key in values.get(f"hidden_{side}", ()):
+            socket = _socket(getattr(node, side), key)
             if socket is not None:
                 socket.hide = True
     if "is_active" in values:
@@ -262,30 +269,18 @@ def _group_tree(values: Mapping[str, Any], find_image: FindImage, problems: list
         return there
     tree = bpy.data.node_groups.new(values["tree_name"], "ShaderNodeTree")
     panels: dict[str, bpy.types.NodeTreeInterfacePanel] = {}
-    renamed: dict[str, str] = {}
     for item in found.get("interface", ()):
         parent = panels.get(item.get("parent", ""))
         if item["item"] == "PANEL":
             panels[item["name"]] = tree.interface.new_panel(item["name"])
             continue
         socket = tree.interface.new_socket(item["name"], in_out=item["in_out"], socket_type=item["socket"], parent=parent)
-        renamed[item["identifier"]] = socket.identifier
         for name, key in (("min_value", "min_value"), ("max_value", "max_value"), ("default_value", "default")):
             if key in item and hasattr(socket, name):
                 setattr(socket, name, item[key])
         socket.hide_value = item.get("hide_value", False)
-    problems += rebuild(tree, _renamed(found, renamed), find_image)
+    problems += rebuild(tree, found, find_image)
     return tree
-
-
-def _renamed(found: Mapping[str, Any], renamed: Mapping[str, str]) -> Record:
-    """Return a group's record with the identifiers that its sockets have now."""
-    ends = {node["name"] for node in found["nodes"] if node["kind"] in ("NodeGroupInput", "NodeGroupOutput")}
-    links = [
-        [a, renamed.get(out, out) if a in ends else out, b, renamed.get(into, into) if b in ends else into, is_muted]
-        for a, out, b, into, is_muted in found["links"]
-    ]
-    return {**found, "links": links}
 
 
 def _set_properties(owner: bpy.types.bpy_struct, properties: Mapping[str, Any], find_image: FindImage, problems: list[str]) -> None:
@@ -332,7 +327,10 @@ def _set_socket(node: bpy.types.Node, sockets: Sockets, name: str, value: Plain,
 
 
 def _socket(sockets: Sockets, name: str) -> bpy.types.NodeSocket | None:
-    """Return a socket by its identifier or, for groups of True Diffuse, by its name now."""
+    """Return a socket by its key: its place, its identifier or, for groups of True Diffuse, its name now."""
+    if name.startswith("#"):
+        index = int(name[1:])
+        return sockets[index] if index < len(sockets) else None
     by_identifier = next((socket for socket in sockets if socket.identifier == name), None)
     return by_identifier or next((socket for socket in sockets if socket.name == current_name(name)), None)
 

@@ -21,6 +21,9 @@ from ..material.surface import PARAMETERS, Loss
 from . import materialx, preview
 from .files import Files, ImageFile
 
+type Key = tuple[str, ...]
+"""Names that find an input in any copy of a material, as Blender hands copies to the hook."""
+
 NORMALS = ("normal", "coat_normal", "tangent")
 
 
@@ -29,24 +32,25 @@ class Baked:
     """Images in place of what feeds inputs of a material: `everywhere`, and where only UsdPreviewSurface lacks it."""
 
     resolution: int
-    everywhere: dict[Place, Expression] = field(default_factory=dict)
-    in_preview: dict[Place, Expression] = field(default_factory=dict)
+    everywhere: dict[Key, Expression] = field(default_factory=dict)
+    in_preview: dict[Key, Expression] = field(default_factory=dict)
     images: list[bpy.types.Image] = field(default_factory=list)
 
 
-_baked: dict[bpy.types.Material, Baked] = {}
+_baked: dict[str, Baked] = {}
+"""By full name of the material."""
 
 
 class _Reader(NodeReader):
     """Reads inputs as nodes have them, but for those that are replaced."""
 
-    def __init__(self, replaced: Mapping[Place, Expression], images: Iterable[bpy.types.Image]) -> None:
+    def __init__(self, replaced: Mapping[Key, Expression], images: Iterable[bpy.types.Image]) -> None:
         super().__init__()
         self.replaced = replaced
         self.images |= {image.name_full: image for image in images}
 
     def expression(self, place: Place) -> Expression:
-        return self.replaced.get(place) or super().expression(place)
+        return self.replaced.get(key(place)) or super().expression(place)
 
 
 class _AnyFiles(Files):
@@ -56,9 +60,14 @@ class _AnyFiles(Files):
         return ImageFile(name, "")
 
 
+def key(place: Place) -> Key:
+    """Return the names of the groups around an input, of its node and of itself."""
+    return (*(group.name for group in place.groups), place.node.name, place.socket.identifier)
+
+
 def read(material: bpy.types.Material, unit: float, target: str, *, for_preview: bool = False) -> Reading:
     """Return the surface of a material as `read_surface` does, with the images that are baked for one of the networks."""
-    baked = _baked.get(material)
+    baked = _baked.get(material.name_full)
     reader = ClosureReader(unit)
     if baked:
         replaced = baked.everywhere | (baked.in_preview if for_preview else {})
@@ -73,7 +82,7 @@ def _losses(baked: Baked, reader: ClosureReader, *, for_preview: bool) -> Iterat
     instead = f"it is baked to an image of {baked.resolution} pixels"
     where = f", in {preview.NOT_THERE}," if for_preview else ""
     for parameter, place in reader.places.items():
-        if place in (baked.in_preview if for_preview else baked.everywhere):
+        if key(place) in (baked.in_preview if for_preview else baked.everywhere):
             yield Loss(parameter, place.label, f"what feeds {place.socket.name}{where}", instead)
 
 
@@ -85,8 +94,8 @@ def baking(materials: Iterable[tuple[bpy.types.Material, str]], unit: float, res
     """
     try:
         for material, target in materials:
-            _baked[material] = Baked(resolution)
-            _bake(material, unit, target, _baked[material])
+            _baked[material.name_full] = Baked(resolution)
+            _bake(material, unit, target, _baked[material.name_full])
         yield
     finally:
         for baked in _baked.values():
@@ -104,7 +113,7 @@ def _bake(material: bpy.types.Material, unit: float, target: str, baked: Baked) 
             _, losses = materialx.network(reading.surface, _AnyFiles(), 1.0, {})
         for parameter in dict.fromkeys(loss.parameter for loss in [*reading.losses, *losses]):
             place = reading.places.get(parameter)
-            if place is None or place in baked.everywhere:
+            if place is None or key(place) in baked.everywhere:
                 continue
             is_color = parameter.endswith("color")
             try:
@@ -113,7 +122,7 @@ def _bake(material: bpy.types.Material, unit: float, target: str, baked: Baked) 
                 report.add(material.name, f"{parameter.replace('_', ' ').capitalize()} is not baked, as {reason}")
                 continue
             baked.images.append(image)
-            replaced[place] = _expression(image, parameter)
+            replaced[key(place)] = _expression(image, parameter)
 
 
 def _expression(image: bpy.types.Image, parameter: str) -> Expression:

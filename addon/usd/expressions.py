@@ -17,13 +17,13 @@ from .affine import Step, transformed
 from .compositions import BY_TYPE, COLORS, COMPOSITIONS, VECTORS
 from .files import Files, Unsupported
 from .lookups import color_of
-from .network import COLOR, COLOR4, FILE, FLOAT, INT, STRING, VECTOR2, VECTOR3, VECTOR4, Constant, Network, Primvar
+from .network import (BOOL, COLOR, COLOR4, FILE, FLOAT, INT, STRING, VECTOR2, VECTOR3, VECTOR4, Constant, Network, Primvar)
 from .terms import TYPES, Term, combined, constant
 
 ADDRESS_MODES = {"REPEAT": "periodic", "EXTEND": "clamp", "CLIP": "constant", "MIRROR": "mirror"}
 FILTERS = {"Linear": "linear", "Closest": "closest", "Cubic": "cubic", "Smart": "cubic"}
 MAX_SEGMENTS = 32  # of a curve
-CURVE_TOLERANCE = 1e-4  # of a curve whose points are fewer
+TOLERANCES = (1e-4, 5e-4, 2e-3)  # of a curve with fewer points, the first that leaves few enough; the last is half a step of 8 bits
 
 
 class Writer:
@@ -272,7 +272,11 @@ class Writer:
 
     def _curve(self, curve: Curve) -> Term:
         """Return the sum of what each segment of a curve adds."""
-        points = curve.points if curve.is_stepped else simplified(curve.points)
+        points = curve.points
+        for tolerance in () if curve.is_stepped else TOLERANCES:
+            points = simplified(curve.points, tolerance)
+            if len(points) <= MAX_SEGMENTS + 1:
+                break
         if len(points) > MAX_SEGMENTS + 1:
             raise Unsupported(curve.label, f"a curve of {len(points)} points")
         x = self.number(curve.argument)
@@ -283,13 +287,24 @@ class Writer:
             if curve.is_stepped or x0 == x1:
                 total = x.at_least(x1, y1 - y0, 0.0) + total
                 continue
-            part = (x - x0) * (1.0 / (x1 - x0))
-            if not (curve.is_extended and index == 0):
-                part = part.maximum(0.0)
-            if not (curve.is_extended and index == last):
-                part = part.minimum(1.0)
-            total = part * (y1 - y0) + total
+            if curve.is_extended and index in (0, last):
+                part = (x - x0) * ((y1 - y0) / (x1 - x0))
+                if index != 0:
+                    part = part.minimum(0.0) if y1 < y0 else part.maximum(0.0)
+                if index != last:
+                    part = part.maximum(y1 - y0) if y1 < y0 else part.minimum(y1 - y0)
+            else:
+                part = self._segment(x, x0, x1, y1 - y0)
+            total = part + total
         return total
+
+    def _segment(self, x: Term, start: float, end: float, rise: float) -> Term:
+        """Return a line from 0 at `start` to `rise` at `end`, constant outside. The node wants its lower output first."""
+        ends = {"inlow": start, "inhigh": end, "outlow": 0.0, "outhigh": rise}
+        if rise < 0.0:
+            ends = {"inlow": end, "inhigh": start, "outlow": rise, "outhigh": 0.0}
+        inputs = {name: Constant(FLOAT, value) for name, value in ends.items()}
+        return self._add("segment", "ND_range_float", FLOAT, **inputs, doclamp=Constant(BOOL, True), **{"in": x})
 
 
 def check_image(texture: ImageTexture) -> None:
@@ -318,13 +333,13 @@ def pair(first: Term, second: Term) -> Term:
     return first.add_node("pair", "ND_combine2_vector2", VECTOR2, in1=first.value, in2=second.value)
 
 
-def simplified(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return the points of a curve but those that straight lines replace to within CURVE_TOLERANCE (Ramer, Douglas, Peucker)."""
+def simplified(points: Sequence[tuple[float, float]], tolerance: float) -> list[tuple[float, float]]:
+    """Return the points of a curve but those that straight lines replace to within `tolerance` (Ramer, Douglas, Peucker)."""
     if len(points) < 3:
         return list(points)
     (x0, y0), (x1, y1) = points[0], points[-1]
     off = [abs(y - y0 - (y1 - y0) * (x - x0) / (x1 - x0)) if x1 > x0 else abs(y - y0) for x, y in points[1:-1]]
     worst = max(range(len(off)), key=off.__getitem__) + 1
-    if off[worst - 1] <= CURVE_TOLERANCE:
+    if off[worst - 1] <= tolerance:
         return [points[0], points[-1]]
-    return [*simplified(points[: worst + 1])[:-1], *simplified(points[worst:])]
+    return [*simplified(points[: worst + 1], tolerance)[:-1], *simplified(points[worst:], tolerance)]

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 COLOR, FLOAT, VECTOR2, VECTOR3, VECTOR4 = "color3f", "float", "float2", "float3", "float4"
+NORMAL = "normal3f"
 COLOR4, STRING, TOKEN, FILE, BOOL, INT = "color4f", "string", "token", "asset", "bool", "int"
 
 

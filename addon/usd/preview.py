@@ -20,7 +20,7 @@ from .files import Files, Unsupported
 from .lookups import CHANNELS, Lookup, clipped, leaves, lookup
 from .materialx import highlight, index, mapped, mirror_reflectance, unit
 from .nearest import Nearest
-from .network import COLOR, FILE, FLOAT, INT, TOKEN, VECTOR2, VECTOR3, VECTOR4, Constant, Input, Network, Output, Primvar
+from .network import COLOR, FILE, FLOAT, INT, NORMAL, TOKEN, VECTOR2, VECTOR3, VECTOR4, Constant, Input, Network, Output, Primvar
 
 WRAPS = {"REPEAT": "repeat", "EXTEND": "clamp", "CLIP": "black", "MIRROR": "mirror"}
 COLOR_SPACES = {"srgb_texture": "sRGB", "lin_rec709": "raw", "": "raw"}
@@ -147,7 +147,7 @@ class _Builder:
                 bias = tuple(factor * (2.0 * one - 1.0) + more for factor, one, more in zip(factors, found.bias, rest, strict=True))
                 try:
                     texture = self._texture(Lookup(found.texture, "rgb", scale, bias))
-                    return {"normal": texture._replace(type=VECTOR3)}
+                    return {"normal": texture._replace(type=NORMAL)}
                 except Unsupported as problem:
                     if problem.what.endswith(NOT_THERE):
                         self._say("normal", normal, problem.what, "the surface's own normal is written there")

@@ -85,8 +85,7 @@ def cases() -> Iterator[tuple[str, Expression]]:
             continue
         count = 2 if name in ("minimum", "maximum") else len(inspect.signature(operation.python).parameters)
         yield name, Apply(name, (X, Y, Z)[:count])
-        yield name, Apply(name, (POSITION, TURNED, Z)[:count])
-        yield name, Apply(name, (POSITION, Y, Z)[:count])
+        yield name, Apply(name, (POSITION, Y, TURNED)[:count])
         if count > 1:
             others = ((constant, 0.7)[: count - 1] for constant in CONSTANTS)
             parts = [apply(name, X, *values) for values in others]
