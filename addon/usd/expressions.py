@@ -17,7 +17,7 @@ from .affine import Step, transformed
 from .compositions import BY_TYPE, COLORS, COMPOSITIONS, VECTORS
 from .files import Files, Unsupported
 from .lookups import color_of
-from .network import (BOOL, COLOR, COLOR4, FILE, FLOAT, INT, STRING, VECTOR2, VECTOR3, VECTOR4, Constant, Network, Primvar)
+from .network import BOOL, COLOR, COLOR4, FILE, FLOAT, INT, STRING, VECTOR2, VECTOR3, VECTOR4, Constant, Network, Primvar
 from .terms import TYPES, Term, combined, constant
 
 ADDRESS_MODES = {"REPEAT": "periodic", "EXTEND": "clamp", "CLIP": "constant", "MIRROR": "mirror"}
