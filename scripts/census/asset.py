@@ -114,6 +114,9 @@ def _record(
     lines = {target: [*said, *_of(given, name)] for target, given in after.lines.items()}
     for target, held in after.held.items():
         mine = held.get(name, {})
+        if name not in before.written[target] | after.written[target] and target not in after.failures:
+            verdicts[target] = dict.fromkeys(channels, Verdict.NONE)
+            continue
         verdicts[target] = {
             channel: judge(channel, values, mine.get(channel), lines[target], subject.uv_maps)
             for channel, values in expected.items()
@@ -236,6 +239,8 @@ class Exports:
     """What each target holds of each material, the lines that it said, and what made it fail."""
 
     held: dict[str, Held] = field(default_factory=dict)
+    written: dict[str, set[str]] = field(default_factory=dict)
+    """The materials that are in a file, whatever it has of them: not those of what is hidden."""
     lines: dict[str, list[str]] = field(default_factory=dict)
     failures: dict[str, str] = field(default_factory=dict)
 
@@ -254,8 +259,10 @@ class Exports:
         lines = report.take()
         for target, kind in (("preview", usd_file.PREVIEW), ("materialx", usd_file.MATERIALX)):
             self.held[target] = {name: kinds[kind] for name, kinds in networks.items() if kind in kinds}
+            self.written[target] = set(networks)
             self.lines[target] = lines
         self.held["gltf"] = self.attempt("gltf", lambda: self._gltf(folder / "asset.glb")) or {}
+        self.written["gltf"] = set(self.held["gltf"])
         self.lines["gltf"] = report.take()
 
     def _usd(self, path: Path) -> dict[str, dict[str, usd_file.Candidates]]:
