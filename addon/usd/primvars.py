@@ -5,12 +5,13 @@ The exporter makes names valid, with or without letters beyond ASCII, and calls 
 hook for materials knows nothing of that, so networks get Blender's names at first, and these when the stage is complete.
 """
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 import bpy
 
-from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from ..material.surface import Loss
 from .network import Primvar
@@ -78,9 +79,10 @@ def spellings(name: str) -> list[str]:
     """Return the ways in which the exporter may spell a name: with letters beyond ASCII, and without."""
     if not name:
         return []
-    letters = "".join(letter if f"a{letter}".isidentifier() else "_" for letter in name)
-    letters = letters if letters[0].isidentifier() else f"_{letters}" if letters[0].isdigit() else f"_{letters[1:]}"
-    return [name, letters, Tf.MakeValidIdentifier(name)]
+    known = "".join(letter if f"a{letter}".isidentifier() else "_" for letter in name)
+    letters = known if known[0].isidentifier() else f"_{known}" if known[0].isdigit() else f"_{known[1:]}"
+    ascii_letters = re.sub(r"\W", "_", name, flags=re.ASCII)
+    return [name, letters, f"_{ascii_letters}" if ascii_letters[0].isdigit() else ascii_letters]
 
 
 def _guess(primvar: Primvar) -> str:
