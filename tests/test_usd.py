@@ -21,7 +21,8 @@ from support import every_model
 from true_diffuse.addon import models, usd
 from true_diffuse.addon.blender import report
 from true_diffuse.addon.material import materials, presets
-from true_diffuse.addon.material.read import Names, group_node, identifier, plain, read
+from true_diffuse.addon.material.expression import Constant
+from true_diffuse.addon.material.read import group_node, identifier, plain, read_surface
 from true_diffuse.addon.models import MODELS
 from true_diffuse.addon.models.color import LUMINANCE
 from true_diffuse.addon.nodes import GROUPS, PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
@@ -533,8 +534,7 @@ def test_older_groups_are_read_by_the_names_of_this_version() -> None:
 
     old = replace(SUBSURFACE, version=1, inputs=sockets, build=build)
     material = materials.create("Skin", old, **{"Mean Free Path": (1.5, 1.0, 0.5)})
-    surface = read(*group_node(material), Names(str, str))
-    assert surface.rgb("Subsurface Radius") == (1.5, 1.0, 0.5) and "Mean Free Path" not in surface.inputs
+    assert read_surface(material).surface["subsurface_radius"] == Constant((1.5, 1.0, 0.5))
 
 
 @pytest.mark.render

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A material's surface as plain values, which all targets read: Realtime, USD, glTF. No bpy."""
 
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 from ..models.registry import MODELS, ReflectanceModel
 from .expression import Constant, Expression, Value
@@ -118,30 +118,6 @@ class Loss:
 
 
 @dataclass(frozen=True)
-class Image:
-    """An image texture whose values are multiplied by `factor`; `file` and the UV map `primvar` are named as the target does."""
-
-    file: str
-    is_color: bool
-    """Whether the values are sRGB-encoded color; else they are linear data."""
-    primvar: str
-    wrap: str
-    """periodic, clamp, mirror or black."""
-    factor: float = 1.0
-
-
-@dataclass(frozen=True)
-class Attribute:
-    """A linear color attribute of the mesh, named as the target does, whose values are multiplied by `factor`."""
-
-    primvar: str
-    factor: float = 1.0
-
-
-type Source = Image | Attribute
-
-
-@dataclass(frozen=True)
 class GroupInputs:
     """A node of one of our groups: the `group`'s key and the values of all `inputs` by name."""
 
@@ -168,34 +144,6 @@ class GroupInputs:
         if not isinstance(value, str):
             raise TypeError(f"{name} is {value!r}, not an entry of a menu")
         return value
-
-
-@dataclass(frozen=True)
-class GroupSurface(GroupInputs):
-    """A node of a `version` of one of our groups, and what is linked to its inputs.
-
-    Inputs in `linked` and `unreadable` are in `inputs` too, with the socket's own value.
-    """
-
-    version: int
-    linked: Mapping[str, Source] = field(default_factory=dict)
-    unreadable: Mapping[str, str] = field(default_factory=dict)
-    """Descriptions of links to anything but an image, a color attribute or a constant, each times a constant."""
-
-    def supported(self, images: Collection[str], attributes: Collection[str]) -> tuple["GroupSurface", list[str]]:
-        """Return the surface as a target can hold it, and a message for each link that it cannot.
-
-        `images` and `attributes` name the inputs for which the target supports image textures and color attributes.
-        """
-        unsupported = dict(self.unreadable)
-        for name, source in self.linked.items():
-            if isinstance(source, Image) and name not in images:
-                unsupported[name] = f"the image {source.file}"
-            elif isinstance(source, Attribute) and name not in attributes:
-                unsupported[name] = f"the color attribute {source.primvar}"
-        linked = {name: source for name, source in self.linked.items() if name not in unsupported}
-        messages = [f"{name}: {what} is not supported, the socket's own value is written" for name, what in unsupported.items()]
-        return replace(self, linked=linked, unreadable={}), messages
 
 
 def rgb(value: Setting) -> Rgb:

@@ -8,7 +8,9 @@ import bpy
 
 from mathutils import Matrix
 
-from ..material.read import Names, read_color, read_number, source_socket
+from ..material.expression import Constant, triple
+from ..material.links import Place, is_nothing, source
+from ..material.read_nodes import NodeReader, UnsupportedInput
 from ..material.surface import Rgb
 from .expressions import MeshAttribute
 from .lights import Light, read_light
@@ -202,10 +204,19 @@ def _world_radiance(world: bpy.types.World | None) -> Rgb:
     output = world.node_tree.get_output_node("ALL") if world.node_tree else None
     if output is None:
         return tuple(world.color)
-    socket = source_socket(output.inputs["Surface"])
-    if socket is None or socket.node.type != "BACKGROUND" or socket.node.mute:
+    background = source(Place(output.inputs["Surface"]))
+    if not background.socket.is_output or is_nothing(background) or background.node.type != "BACKGROUND":
         return BLACK
-    names, inputs = Names(str, str), socket.node.inputs
-    (red, green, blue), _ = read_color(inputs["Color"], names)
-    strength = read_number(inputs["Strength"], names)
+    red, green, blue = _constant(background.input("Color"))
+    strength, *_ = _constant(background.input("Strength"))
     return red * strength, green * strength, blue * strength
+
+
+def _constant(place: Place) -> Rgb:
+    """Return what feeds an input where that is constant, else the input's own value."""
+    reader = NodeReader()
+    try:
+        value = reader.expression(place)
+    except UnsupportedInput:
+        value = reader.own(place)
+    return triple(value.value if isinstance(value, Constant) else reader.own(place).value)
