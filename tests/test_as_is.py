@@ -270,12 +270,23 @@ def test_albedo_is_of_plaster(figure_file: Path, tmp_path: Path) -> None:
     assert_bad_input(compare("--character", figure_file, "--albedo", "0.5", cwd=tmp_path), "compare.py: error: ")
 
 
-def test_missing_image_is_one_line(figure_file: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("exists", [True, False])
+def test_image_beside_a_blend_file_is_found_or_its_lack_is_one_line(figure_file: Path, tmp_path: Path, exists: bool) -> None:
     bpy.ops.wm.open_mainfile(filepath=str(figure_file))
     (paint,) = (one for one in bpy.data.images if one.name == "Paint")
+    textures = tmp_path / "textures"
+    textures.mkdir()
+    paint.file_format = "PNG"
+    paint.save(filepath=str(textures / "paint.png"))
     paint.unpack(method="REMOVE")
-    paint.source, paint.filepath = "FILE", "//gone.png"
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "lacking.blend"), copy=True)
+    paint.source, paint.filepath = "FILE", "//textures/paint.png"
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "beside.blend"), copy=True)
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    with pytest.raises(character.CharacterError, match=r"gone\.png, which does not exist"):
-        load(tmp_path / "lacking.blend")
+    if exists:
+        load(tmp_path / "beside.blend")
+        (paint,) = (one for one in bpy.data.images if one.name == "Paint")
+        assert tuple(paint.size) == (4, 4)  # read from its file
+        return
+    (textures / "paint.png").unlink()
+    with pytest.raises(character.CharacterError, match=r"paint\.png, which does not exist"):
+        load(tmp_path / "beside.blend")

@@ -153,6 +153,22 @@ def test_sum_of_diffuse_bsdfs_adds_their_colors(material):
     assert surface.inputs == {"base_color": Constant((0.5, 0.0, 0.25))} and not losses
 
 
+def test_sum_with_a_highlight_has_it_over_what_is_no_metal_and_opaque(material):
+    """The highlight of half of the surface, seen through at 1/4, weighs 1 / (1/2 3/4) as much as part of the surface."""
+    half = material.node("ShaderNodeBsdfPrincipled", Metallic=0.5, Alpha=0.75, Specular_IOR_Level=0.0)
+    highlight = add_group(material.tree, SPECULAR_GROUP)
+    highlight.inputs["Color"].default_value = (0.0, 0.0, 0.0, 1.0)
+    highlight.inputs["Specular"].default_value, highlight.inputs["Exponent"].default_value = 0.03, 12.0
+    surface, losses = material.read(material.mix("ShaderNodeAddShader", half, highlight))
+    assert surface["highlight_weight"].value == pytest.approx(0.08) and surface["highlight_exponent"] == Constant(12.0)
+    assert (surface["metallic"], surface["opacity"], surface["base_color"].value) == (
+        Constant(0.5),
+        Constant(0.75),
+        (0.8, 0.8, 0.8),
+    )
+    assert not losses
+
+
 def test_closure_that_a_surface_lacks_is_said(material):
     surface, losses = material.read(material.node("ShaderNodeBsdfToon", Color=(0.5, 0, 0, 1)))
     assert surface["base_color"] == Constant((0.5, 0.0, 0.0)) and len(losses) == 1 and "Toon BSDF" in losses[0]

@@ -37,6 +37,7 @@ WEIGHTS: Mapping[str, tuple[str, ...]] = {
     "specular_anisotropy": ("specular_rotation", "tangent"),
 }
 SPECULAR = ("specular_roughness", "specular_anisotropy", "specular_color", "thin_film_thickness")  # of all that reflects sharply
+HIGHLIGHT = ("highlight_weight", "highlight_exponent")
 # A mix is exact where only these differ
 LINEAR = {"base_color", "opacity", "emission_color", "emission_strength"}
 
@@ -277,12 +278,30 @@ class ClosureReader:
             result = second
         elif is_black(second):
             result = first
+        elif is_highlight(second) and not first.uses("highlight_weight"):
+            result = self._highlighted(output, first, second)
+        elif is_highlight(first) and not second.uses("highlight_weight"):
+            result = self._highlighted(output, second, first)
         elif _differing(first, second) <= {"base_color"} and not {"metallic", "specular_weight", "opacity"} & set(first.inputs):
             result = surface(first.model, {**first.inputs, "base_color": apply("add", first["base_color"], second["base_color"])})
         else:
             self._say(output, "a sum of closures", "one surface of their mean values takes its place")
             result = self._mixed(output, first, second, Constant(0.5))
         return surface(result.model, {**result.inputs, "emission_color": radiance, "emission_strength": FULL}, like=result)
+
+    def _highlighted(self, output: Place, one: Surface, highlight: Surface) -> Surface:
+        """Return a surface with a `highlight` added, whose weight in a surface is that of what is opaque, no metal and no glass."""
+        if one["normal"] != highlight["normal"]:
+            self._say(output, "a highlight with a normal of its own", "the surface's normal takes its place")
+        weight = highlight["highlight_weight"]
+        for part in (one["opacity"], *(apply("subtract", 1.0, one[name]) for name in ("metallic", "transmission_weight"))):
+            if part != FULL:
+                weight = apply("divide", weight, part)
+        return surface(
+            one.model,
+            {**one.inputs, "highlight_weight": weight, "highlight_exponent": highlight["highlight_exponent"]},
+            like=one,
+        )
 
     def _mixed(self, output: Place, first: Surface, second: Surface, factor: Expression) -> Surface:
         """Return the surface of `first` at `factor` 0, `second` at 1."""
@@ -356,6 +375,11 @@ def is_black(one: Surface) -> bool:
     """Return whether a surface scatters no light at all."""
     layers = {"specular_weight", "coat_weight", "fuzz_weight", "highlight_weight"}
     return one["base_color"] == BLACK and not layers & set(one.inputs) and one["opacity"] == FULL
+
+
+def is_highlight(one: Surface) -> bool:
+    """Return whether a surface is Blinn-Phong's highlight alone."""
+    return one.uses("highlight_weight") and set(one.inputs) <= {"base_color", *HIGHLIGHT, "normal"} and one["base_color"] == BLACK
 
 
 def _differing(first: Surface, second: Surface) -> set[str]:
