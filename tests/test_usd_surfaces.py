@@ -535,3 +535,52 @@ def test_what_cannot_be_carried_is_baked_for_the_network_that_lacks_it(tmp_path:
     assert [line for line in found["lines"] if "baked" in line and line.startswith("Base color")]
     assert len(bpy.data.images) == before
     assert group_node(material)[0].inputs["Color"].links[0].from_node == noise
+
+
+def test_active_color_attribute_is_named_on_the_way_back(tmp_path: Path) -> None:
+    material = materials.create("Painted", ROUGH_DIFFUSE, Model="Lambert")
+    link(new(material, "VertexColor").outputs["Color"], group_node(material)[0].inputs["Color"])
+    mesh = show(material)
+    for name in ("a", "my paint"):
+        mesh.color_attributes.new(name, "FLOAT_COLOR", "POINT")
+    mesh.color_attributes.render_color_index = 1
+    found = export(tmp_path / "one.usda")["Painted"]
+    assert read_by(found["outputs"], "geomprop") == read_by(found["outputs"], "varname") == {"my_paint"}
+    assert found["lines"] == []
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.usd_import(filepath=str(tmp_path / "one.usda"))
+    assert bpy.data.materials[0].node_tree.nodes["Color Attribute"].layer_name == "my_paint"
+
+
+def test_normal_map_with_other_tangents_is_said(tmp_path: Path) -> None:
+    material = normal_map(tmp_path)
+    material.node_tree.nodes["Normal Map"].uv_map = "second"
+    show(material, "UVMap", "second")
+    convert_materials([material], 1.0)
+    (line,) = export(tmp_path / "one.usda")["Normal"]["lines"]
+    assert line.startswith("Normal: a normal map with the tangents of the UV map second is not supported")
+
+
+def test_directx_normal_map_and_its_strength_are_scale_and_bias(tmp_path: Path) -> None:
+    material = normal_map(tmp_path)
+    node = material.node_tree.nodes["Normal Map"]
+    node.convention, node.inputs["Strength"].default_value = "DIRECTX", 0.5
+    show(material, "UVMap")
+    convert_materials([material], 1.0)
+    found = export(tmp_path / "one.usda")["Normal"]
+    # in Cycles x and y are times the strength, z goes from 1 to its value: 1 + 0.5 (2 c - 1 - 1) = c
+    texture = found["outputs"]["surface"]["normal"]
+    assert texture["scale"][:3] == pytest.approx([1.0, -1.0, 1.0]) and texture["bias"][:3] == pytest.approx([-0.5, 0.5, 0.0])
+    bsdf = json.dumps(found["outputs"]["mtlx:surface"])
+    assert '"scale": [1.0, -1.0]' in bsdf and '"mix": 0.5' in bsdf and found["lines"] == []
+
+
+def test_attribute_of_numbers_is_a_number(tmp_path: Path) -> None:
+    material = materials.create("Worn", PRINCIPLED)
+    source = new(material, "Attribute", attribute_name="wear")
+    link(source.outputs["Fac"], group_node(material)[0].inputs["Roughness"])
+    show(material).attributes.new("wear", "FLOAT", "POINT")
+    found = export(tmp_path / "one.usda")["Worn"]
+    assert found["outputs"]["surface"]["roughness"] == {"id": "UsdPrimvarReader_float", "output": "result", "varname": "wear"}
+    assert "ND_geompropvalue_float" in json.dumps(found["outputs"]["mtlx:surface"])
+    assert not [line for line in found["lines"] if "wear" in line]

@@ -128,7 +128,7 @@ def write_nodes(material: UsdShade.Material, surface: Surface, nodes: Mapping[st
 def write_names(prim: Usd.Prim, names: Mapping[Primvar, str], messages: Sequence[str]) -> None:
     """Write what UV maps and attributes are called in the stage, and messages about what the networks do not hold."""
     for kind in dict.fromkeys(primvar.kind for primvar in names):
-        own = {primvar.name or "": name for primvar, name in names.items() if primvar.kind == kind and primvar.name}
+        own = {primvar.name: name for primvar, name in names.items() if primvar.kind == kind}
         if own:
             prim.SetCustomDataByKey(f"{KEY}:{kind}Names", Vt.StringArray([part for pair in own.items() for part in pair]))
     if messages:

@@ -15,7 +15,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from ..blender import report
 from ..material import node_record
-from ..material.expression import Attribute, Constant, Expression, walk
+from ..material.expression import Attribute, Constant, Expression, NormalMap, walk
 from ..material.links import Place, upstream
 from ..material.read import Reading
 from ..material.read_nodes import NodeReader, UnsupportedInput
@@ -56,7 +56,7 @@ class Export:
             return False
         stage, path = self.stage, usd_material.GetPath()
         reading = baking.read(material, scale_length(), target)
-        losses = list(reading.losses)
+        losses = [*reading.losses, *_other_tangents(reading, material)]
         occlusion = _occlusion(material, reading)
         files = self._files(reading, material, export_texture, losses)
         own = {name: expression for name, place in reading.places.items() if (expression := _own(place))}
@@ -200,12 +200,30 @@ def _attribute_types(inputs: Iterable[Expression], material: bpy.types.Material)
     """Return the data types of the attributes that `inputs` name, on the first mesh with the material that has them."""
     names = {one.name for expression in inputs for one in walk(expression) if isinstance(one, Attribute) and one.name}
     types: dict[str, str] = {}
-    for mesh in bpy.data.meshes if names else ():
-        if material in mesh.materials[:]:
-            for name in names - set(types):
-                if name in mesh.attributes:
-                    types[name] = mesh.attributes[name].data_type
+    for mesh in _meshes(material) if names else ():
+        for name in names - set(types):
+            if name in mesh.attributes:
+                types[name] = mesh.attributes[name].data_type
     return types
+
+
+def _meshes(material: bpy.types.Material) -> list[bpy.types.Mesh]:
+    """Return the meshes with a material, by its name, as Blender hands copies of materials to the hook."""
+    return [mesh for mesh in bpy.data.meshes if any(one and one.name_full == material.name_full for one in mesh.materials)]
+
+
+def _other_tangents(reading: Reading, material: bpy.types.Material) -> list[Loss]:
+    """Return the normal maps whose UV map is not the one that renders, of which USD's readers make tangents."""
+    meshes = _meshes(material) if reading.surface.uses("normal") else []
+    rendered = {layer.name for mesh in meshes for layer in mesh.uv_layers if layer.active_render}
+    normals = (one for expression in reading.surface.inputs.values() for one in walk(expression) if isinstance(one, NormalMap))
+    return [
+        Loss(
+            "normal", "", f"a normal map with the tangents of the UV map {one.uv_map}", "those of the UV map that renders are used"
+        )
+        for one in normals
+        if one.uv_map and one.space == "TANGENT" and rendered and one.uv_map not in rendered
+    ]
 
 
 def _channels(image: bpy.types.Image) -> tuple[bool, bool]:

@@ -20,6 +20,7 @@ from .lookups import color_of
 from .network import BOOL, COLOR, COLOR4, FILE, FLOAT, INT, STRING, VECTOR2, VECTOR3, VECTOR4, Constant, Network, Primvar
 from .terms import TYPES, Term, combined, constant
 
+PLAIN_TYPES = {"FLOAT": FLOAT, "FLOAT_VECTOR": VECTOR3}  # of attributes, by Blender's names of data types
 ADDRESS_MODES = {"REPEAT": "periodic", "EXTEND": "clamp", "CLIP": "constant", "MIRROR": "mirror"}
 FILTERS = {"Linear": "linear", "Closest": "closest", "Cubic": "cubic", "Smart": "cubic"}
 MAX_SEGMENTS = 32  # of a curve
@@ -151,6 +152,11 @@ class Writer:
 
     def _attribute(self, attribute: Attribute, kind: str) -> Term:
         check_attribute(attribute)
+        data_type = self.files.attributes.get(attribute.name, "FLOAT_COLOR")
+        if data_type == "FLOAT2" and attribute.kind == "triple":
+            return self._uv_map(attribute.name).converted(kind)
+        if data_type in PLAIN_TYPES:
+            return self._plain_attribute(attribute, PLAIN_TYPES[data_type], kind)
         key = Attribute(attribute.name), COLOR4
         if key not in self._written:
             primvar = Primvar(attribute.name, "color")
@@ -160,6 +166,19 @@ class Writer:
             return value.component(3)
         if attribute.output == "factor":
             return value.converted(VECTOR3).dot(Term(self.network, constant(1.0 / 3.0, VECTOR3)))
+        return value.converted(kind)
+
+    def _plain_attribute(self, attribute: Attribute, own: str, kind: str) -> Term:
+        """Return an attribute that is no color; its factor is the mean of its components, its alpha 1."""
+        if attribute.output == "alpha":
+            return Term(self.network, constant(1.0, FLOAT))
+        key = Attribute(attribute.name), own
+        if key not in self._written:
+            primvar = Primvar(attribute.name, "value")
+            self._written[key] = self._add("attribute", f"ND_geompropvalue_{TYPES[own]}", own, geomprop=primvar)
+        value = self._written[key]
+        if attribute.output == "factor" and own == VECTOR3:
+            return value.dot(Term(self.network, constant(1.0 / 3.0, VECTOR3)))
         return value.converted(kind)
 
     def _coordinate(self, coordinate: Coordinate) -> Term:

@@ -177,6 +177,9 @@ class _Builder:
                     self._say(parameter, expression, what, "the image alone is written there")
                 return self._texture(found)._replace(type=usd_type)
             attribute = next((one for one in leaves(expression) if isinstance(one, Attribute)), None)
+            if attribute and kind == "number" and expression == attribute and self._is_number(attribute):
+                name = Primvar(attribute.name, "value")
+                return self.network.add("attribute", "UsdPrimvarReader_float", FLOAT, "result", varname=name)
             if attribute and kind == "triple":
                 check_attribute(attribute)
                 if expression != attribute:
@@ -190,6 +193,9 @@ class _Builder:
         else:
             self._say(parameter, expression, f"what feeds it, in {NOT_THERE}", OWN_VALUE)
         return _constant(self.own.get(parameter, Value(PARAMETERS.get(parameter, 1.0))), usd_type)
+
+    def _is_number(self, attribute: Attribute) -> bool:
+        return attribute.output == "factor" and self.files.attributes.get(attribute.name) == "FLOAT"
 
     def _say(self, parameter: str, expression: Expression, what: str, instead: str) -> None:
         self.losses.append(Loss(parameter, _node(expression), what, instead))

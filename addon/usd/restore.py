@@ -37,6 +37,8 @@ def rebuild(material: bpy.types.Material, usd_material: UsdShade.Material, find:
         return loaded[name]
 
     for node in _nodes(nodes):
+        if node["kind"] == "ShaderNodeVertexColor":  # without a name it is the active one, which USD does not know
+            node.setdefault("properties", {}).setdefault("layer_name", "")
         _rename(node.get("properties", {}), names)
     settings = nodes.pop("material", {})
     problems = rebuild_nodes(material.node_tree, nodes, find_image)
