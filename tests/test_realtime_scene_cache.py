@@ -693,3 +693,19 @@ def test_block_is_as_long_as_its_struct(kind: str) -> None:
 
 def test_lights_beyond_the_most_are_left_out() -> None:
     assert lights_to_bytes([LIGHT] * (program.MAX_LIGHTS + 3)) == lights_to_bytes([LIGHT] * program.MAX_LIGHTS)
+
+
+@pytest.mark.parametrize(("node", "socket"), [("ShaderNodeTexSky", "Color"), ("ShaderNodeTexNoise", "Strength")])
+def test_world_that_varies_is_said_and_drawn_in_its_own_value(blend: str, node: str, socket: str) -> None:
+    stage = Stage(blend)
+    tree = stage.scene.world.node_tree
+    background = tree.nodes["Background"]
+    background.inputs["Color"].default_value, background.inputs["Strength"].default_value = (0.25, 0.5, 1.0, 1.0), 2.0
+    cache = scene_cache.SceneCache()
+    cache.update(bpy.context.evaluated_depsgraph_get())
+    assert cache.world == (0.5, 1.0, 2.0) and not cache.warnings
+    tree.links.new(tree.nodes.new(node).outputs[0], background.inputs[socket])
+    cache = scene_cache.SceneCache()
+    cache.update(bpy.context.evaluated_depsgraph_get())
+    assert cache.world == (0.5, 1.0, 2.0)
+    assert cache.warnings == [f"What is linked to the world's {socket} is not drawn, the socket's own value is"]

@@ -40,14 +40,6 @@ def linked_output(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
     return next((link.from_socket for link in socket.links if link.is_valid and not link.is_muted), None)
 
 
-def source_socket(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
-    """Return the output linked to `socket`, through reroutes; None where there is none."""
-    output = linked_output(socket)
-    while output is not None and output.node.type == "REROUTE":
-        output = linked_output(output.node.inputs[0])
-    return output
-
-
 def plain(value: Setting | Sequence[float]) -> Setting:
     """Return a socket's value with each 32-bit float as the shortest decimal number that rounds to it."""
     if isinstance(value, str):

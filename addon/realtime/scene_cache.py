@@ -138,7 +138,8 @@ class SceneCache:
                 self._visibility[item.original.session_uid] = (item.visible_camera, item.visible_shadow)
                 self._add(item, matrix, number, before, override, meter)
         self._users = {key: self._users[key] for key in self._meshes}
-        self.world = _world_radiance(depsgraph.scene_eval.world)
+        self.world, said = _world_radiance(depsgraph.scene_eval.world)
+        self._warnings += said
         if not is_finite(self.world):
             self._warnings.append("The world is black: its radiance is not finite or too large")
             self.world = BLACK
@@ -197,26 +198,28 @@ def _slot_material(item: bpy.types.Object, mesh: bpy.types.Mesh, slot: int) -> b
     return mesh.materials[max(0, min(slot, len(mesh.materials) - 1))] if mesh.materials else None
 
 
-def _world_radiance(world: bpy.types.World | None) -> Rgb:
-    """Return the radiance of a world of one color [W/(m^2 sr)]. A texture is ignored: the socket's own color counts."""
+def _world_radiance(world: bpy.types.World | None) -> tuple[Rgb, list[str]]:
+    """Return the radiance of a world of one color [W/(m^2 sr)], and lines on what of the world is not drawn."""
     if world is None:
-        return BLACK
+        return BLACK, []
     output = world.node_tree.get_output_node("ALL") if world.node_tree else None
     if output is None:
-        return tuple(world.color)
+        return tuple(world.color), []
     background = source(Place(output.inputs["Surface"]))
-    if not background.socket.is_output or is_nothing(background) or background.node.type != "BACKGROUND":
-        return BLACK
-    red, green, blue = _constant(background.input("Color"))
-    strength, *_ = _constant(background.input("Strength"))
-    return red * strength, green * strength, blue * strength
-
-
-def _constant(place: Place) -> Rgb:
-    """Return what feeds an input where that is constant, else the input's own value."""
-    reader = NodeReader()
-    try:
-        value = reader.expression(place)
-    except UnsupportedInput:
-        value = reader.own(place)
-    return triple(value.value if isinstance(value, Constant) else reader.own(place).value)
+    if not background.socket.is_output or is_nothing(background):
+        return BLACK, []
+    if background.node.type != "BACKGROUND":
+        return BLACK, [f"The world is black: the node {background.node.bl_label} is not drawn"]
+    reader, said, values = NodeReader(), [], []
+    for name in ("Color", "Strength"):
+        place = background.input(name)
+        try:
+            value = reader.expression(place)
+        except UnsupportedInput:
+            value = None
+        if not isinstance(value, Constant):
+            value = reader.own(place)
+            said.append(f"What is linked to the world's {name} is not drawn, the socket's own value is")
+        values.append(triple(value.value))
+    red, green, blue = (color * strength for color, strength in zip(*values, strict=True))
+    return (red, green, blue), said
