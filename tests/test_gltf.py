@@ -599,7 +599,8 @@ def test_materials_of_variants_and_of_several_meshes_are_written_once(tmp_path: 
     assert_valid(request, tmp_path / "one.glb")
 
 
-def test_a_material_linked_from_another_file_is_written(tmp_path: Path) -> None:
+@pytest.mark.parametrize("is_override", [False, True])
+def test_a_material_linked_from_another_file_is_written(is_override: bool, tmp_path: Path) -> None:
     material = rough("Lambert")
     link_image(material, "Color", "base")
     show(material)
@@ -608,10 +609,11 @@ def test_a_material_linked_from_another_file_is_written(tmp_path: Path) -> None:
         bpy.data.batch_remove([block])
     with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, wanted):
         wanted.materials = ["Lambert"]
-    show(wanted.materials[0])
+    show(wanted.materials[0].override_create() if is_override else wanted.materials[0])
+    before = list(bpy.data.materials)
     written = by_name(export(tmp_path / "one.glb"))["Lambert"]
     assert written["pbrMetallicRoughness"]["baseColorTexture"]["image"] == "base"
-    assert [block.library is not None for block in bpy.data.materials] == [True]
+    assert list(bpy.data.materials) == before and report.take() == []
 
 
 def noise(material: bpy.types.Material) -> bpy.types.NodeSocket:

@@ -61,6 +61,8 @@ class StandIns:
         """Return a new stand-in of `material`, which stays as it is."""
         made = StandIn(material.copy())
         try:
+            if made.material.override_library:  # whose nodes could not be changed
+                made.material.make_local(clear_liboverride=True)
             tree = made.material.node_tree
             is_animated = tree.animation_data is not None
             tree.animation_data_clear()  # whose actions are the material's own, too, and would lose the curves of what is replaced
