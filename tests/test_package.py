@@ -23,6 +23,7 @@ NETWORK = {"socket", "ssl", "http", "urllib", "ftplib", "smtplib", "asyncio", "x
 HEAVY = (
     "pxr",
     "MaterialX",
+    "PyOpenColorIO",
     "OpenImageIO",
     "numpy",
     "true_diffuse.addon.models",
@@ -144,6 +145,7 @@ def test_only_standard_and_blender_s_modules_are_imported(trees: dict[str, ast.M
         "cycles",
         "pxr",
         "MaterialX",
+        "PyOpenColorIO",
         "OpenImageIO",
         "oslquery",
         "io_scene_gltf2",
