@@ -312,12 +312,12 @@ class Writer:
         start = len(self._values)
         self._values += numbers
         if len(self._values) > 4 * MAX_VALUES:
-            raise NotDrawn("a material of so many numbers")
+            raise NotDrawn(f"a curve beyond the {4 * MAX_VALUES} numbers that a shader reads")
         return start
 
     def _member(self, attribute: MeshAttribute) -> str:
         if attribute not in self._attributes and len(self._attributes) == MAX_ATTRIBUTES:
-            raise NotDrawn(f"{attribute[1] or attribute[0]}: no more than {MAX_ATTRIBUTES} attributes are drawn on a material; it")
+            raise NotDrawn(f"the attribute {attribute[1] or attribute[0]} beyond the {MAX_ATTRIBUTES} that a shader reads")
         self._attributes[attribute] = None
         return f"point.{attribute_name(attribute)}"
 

@@ -11,6 +11,7 @@ import gpu
 from mathutils import Matrix
 
 from ..blender import engines
+from . import not_drawn
 from .renderer import DriverError, Renderer, Rgba, forget_shaders
 from .scene_cache import SceneCache
 from .view import View, eye_of
@@ -67,11 +68,13 @@ def _render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> N
     cache.update(depsgraph)
     renderer = Renderer(cache)
     renderer.refresh()
-    for warning in (*cache.warnings, *renderer.warnings):
+    warnings = [*cache.warnings, *renderer.warnings]
+    not_drawn.keep(scene, warnings)
+    for warning in warnings:
         engine.report({"WARNING"}, warning)
     for message in renderer.compile():
         engine.update_stats("", message)
-    samples = scene.true_diffuse.samples
+    samples = depsgraph.view_layer.samples or scene.true_diffuse.samples
     for index, (name, view) in enumerate(views):
         renderer.begin(view)
         for sample in range(samples):

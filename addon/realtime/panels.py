@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The engine's settings in the render properties, and Blender's own panels that it shows."""
 
+import textwrap
 from collections.abc import Iterator
 
 import bpy
 
+from . import not_drawn
 from .engine import IDENTIFIER
 
 GENERIC = "BLENDER_RENDER"  # in COMPAT_ENGINES of panels for any engine
@@ -41,6 +43,30 @@ class TRUE_DIFFUSE_PT_sampling(bpy.types.Panel):
         column.prop(context.scene.true_diffuse, "samples", text="Render")
 
 
+class TRUE_DIFFUSE_PT_not_drawn(bpy.types.Panel):
+    """What the last picture of the realtime engine lacks, and what it shows instead"""
+
+    bl_label = "Not Drawn"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+    COMPAT_ENGINES = {IDENTIFIER}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.engine in cls.COMPAT_ENGINES and bool(not_drawn.messages(context.scene))
+
+    def draw(self, context: bpy.types.Context) -> None:
+        width = max(20, int(context.region.width / (7.0 * context.preferences.system.ui_scale)))  # characters of a line
+        for warning in not_drawn.messages(context.scene):
+            column = self.layout.column(align=True)
+            for line in textwrap.wrap(warning, width):
+                column.label(text=line)
+
+
+PANELS = (TRUE_DIFFUSE_PT_sampling, TRUE_DIFFUSE_PT_not_drawn)
+
+
 def shared_panels() -> Iterator[type[bpy.types.Panel]]:
     """Yield Blender's own panels that apply to the engine."""
     waiting = list(bpy.types.Panel.__subclasses__())
@@ -53,8 +79,9 @@ def shared_panels() -> Iterator[type[bpy.types.Panel]]:
 
 
 def register() -> None:
-    """Register the panel and have the engine show the shared ones."""
-    bpy.utils.register_class(TRUE_DIFFUSE_PT_sampling)
+    """Register the panels and have the engine show the shared ones."""
+    for panel in PANELS:
+        bpy.utils.register_class(panel)
     for panel in shared_panels():
         panel.COMPAT_ENGINES.add(IDENTIFIER)
 
@@ -63,4 +90,5 @@ def unregister() -> None:
     """Undo `register`."""
     for panel in shared_panels():
         panel.COMPAT_ENGINES.discard(IDENTIFIER)
-    bpy.utils.unregister_class(TRUE_DIFFUSE_PT_sampling)
+    for panel in reversed(PANELS):
+        bpy.utils.unregister_class(panel)

@@ -69,7 +69,7 @@ class SceneCache:
 
     @property
     def warnings(self) -> list[str]:
-        """What the picture lacks, one sentence each."""
+        """What the picture lacks or shows in another way than the scene has it, one sentence each."""
         used = {uid: material for uid, material in self.materials.items() if uid in self._names}
         missing = {image.name for material in used.values() for image in material.textures if material.is_missing(image)}
         losses = [f"{self._names[uid]}: {loss}" for uid, material in used.items() for loss in material.losses]
@@ -136,9 +136,11 @@ class SceneCache:
                 self.lights.append(read_light(item, matrix))
             elif item.visible_camera or item.visible_shadow:
                 self._visibility[item.original.session_uid] = (item.visible_camera, item.visible_shadow)
+                if item.is_holdout:
+                    self._warnings.append(f"{item.name}: Holdout is not supported, the object is drawn")
                 self._add(item, matrix, number, before, override, meter)
         self._users = {key: self._users[key] for key in self._meshes}
-        self.world, said = _world_radiance(depsgraph.scene_eval.world)
+        self.world, said = _world_radiance(depsgraph.view_layer_eval.world_override or depsgraph.scene_eval.world)
         self._warnings += said
         if not is_finite(self.world):
             self._warnings.append("The world is black: its radiance is not finite or too large")

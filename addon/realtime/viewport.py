@@ -7,6 +7,7 @@ import bpy
 
 from mathutils import Vector
 
+from . import not_drawn
 from .final import background, failure_message
 from .renderer import DriverError, Renderer
 from .scene_cache import SceneCache
@@ -55,6 +56,8 @@ class Viewport:
             if not self._is_sent:  # not in `update`, where Blender may have no graphics context
                 self._renderer.refresh()
                 self._is_sent = True
+            elif self._renderer.refresh_images():  # Blender updates no scene where a script sets pixels
+                self._view = None
             self._draw(engine, scene, self._renderer, window.cropped(x, y, width, height), (x, y))
             if self._sample < scene.true_diffuse.viewport_samples:  # later, as Blender ignores a request during a redraw
                 bpy.app.timers.register(partial(redraw, context.area.as_pointer()))
@@ -82,7 +85,9 @@ class Viewport:
             renderer.add(view, self._sample, scene.render.filter_size, background(scene, renderer.cache))
             self._sample += 1
         renderer.show_blended(*corner)  # Blender applies the view transform
-        engine.update_stats(f"Sample {self._sample}", "; ".join((*renderer.cache.warnings, *renderer.warnings)))
+        warnings = [*renderer.cache.warnings, *renderer.warnings]
+        not_drawn.keep(scene, warnings)
+        engine.update_stats(f"Sample {self._sample}", "; ".join(warnings))
 
 
 def redraw(area: int) -> None:
