@@ -93,6 +93,7 @@ class Renderer:
         self._bounds: SceneBounds | None = None
         self._draws: list[tuple[Variant, RenderMaterial, list[DrawItem]]] = []
         self._has_transparent_shadows = False
+        self._shadow_codes: dict[int, Code | None] = {}  # of the materials, by their keys
         self._samples = 0
 
     @property
@@ -108,6 +109,9 @@ class Renderer:
         codes = dict.fromkeys(code for material in materials for code in (material.code, material.shadow_code) if code is not None)
         self._values = {code: self._values.get(code) or _uniform_buffer(values_to_bytes(code)) for code in codes}
         self.refresh_images()
+        shadow_codes = {uid: material.shadow_code for uid, material in cache.materials.items()}
+        if shadow_codes != self._shadow_codes:
+            self._shadow_codes, self._tiles = shadow_codes, None
         if cache.items is not self._items:  # the lights may have changed, too
             self._items, self._tiles, self._bounds = cache.items, None, None
             self._lights = _uniform_buffer(lights_to_bytes(cache.lights))
@@ -116,22 +120,23 @@ class Renderer:
             if item.is_visible:
                 visible[cache.materials[item.material]].append(item)
         draws = ((cache.variant(material), material, visible[material]) for material in materials if visible[material])
-        self._draws = sorted(draws, key=lambda draw: repr(draw[0]))
+        self._draws = sorted(draws, key=lambda draw: (draw[0].model.stem, draw[0].inputs.text))
 
     def refresh_images(self) -> bool:
         """Send to the driver the images whose pixels have changed; return whether there are any."""
         before, self.warnings = self._images, []
         materials = dict.fromkeys(self.cache.materials.values())
         self._images = {image: self._image(material, image) for material in materials for image in material.textures}
-        return self._images != before
+        is_changed = self._images != before
+        if is_changed and self._has_transparent_shadows:
+            self._tiles = None
+        return is_changed
 
     def compile(self) -> Iterator[str]:
         """Compile the shaders in use; yields a message before each, as it may take a moment. Raises DriverError."""
         for variant in dict.fromkeys(variant for variant, _, _ in self._draws):
             yield f"Compiling {variant.model.stem}"
             compiled(surface_program, variant)
-            if reads_table(variant.features):
-                specular_table()
 
     def begin(self, view: View) -> None:
         """Start an empty picture of `view`, and draw the shadow maps. Raises DriverError."""
@@ -143,6 +148,8 @@ class Renderer:
         self._targets.sum.clear(format="FLOAT", value=TRANSPARENT)
         self._samples = 0
         with PROGRAM_LOCK:
+            if any(reads_table(variant.features) for variant, _, _ in self._draws):
+                specular_table()  # now, as it has a framebuffer of its own
             self._draw_shadows(view, 0)
 
     def add(self, view: View, sample: int, filter_size: float, background: Rgba) -> None:
