@@ -120,13 +120,6 @@ LAYERS = {
 LAYER_ERROR = 0.01
 
 
-@pytest.fixture
-def sky() -> None:
-    world = bpy.data.worlds.new("World")
-    bpy.context.scene.world = world
-    world.node_tree.nodes["Background"].inputs["Color"].default_value = (1.0, 0.8, 0.6, 1.0)
-
-
 def test_layers_under_a_sun_are_those_of_cycles() -> None:
     shown = [principled(name, **inputs) for name, inputs in LAYERS.items()]
     scene = row(shown)
@@ -134,12 +127,13 @@ def test_layers_under_a_sun_are_those_of_cycles() -> None:
     assert max(found) < LAYER_ERROR, dict(zip(LAYERS, found, strict=True))
 
 
-@pytest.mark.usefixtures("sky")
 def test_layers_under_an_even_sky_are_those_of_cycles() -> None:
     """The noise of 64 samples is 0.8 %, that of 256 half of it."""
     names = [name for name in LAYERS if "anisotropic" not in name]
     shown = [principled(name, **LAYERS[name]) for name in names]
     scene = row(shown)
+    scene.world = bpy.data.worlds.new("World")
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (1.0, 0.8, 0.6, 1.0)
     scene.cycles.max_bounces = 1  # without a bounce Cycles sees a part of the sky alone
     bpy.data.objects["Sun"].hide_render = True
     found = errors(radiance(scene, engines.REALTIME), radiance(scene, engines.CYCLES, 128), len(shown))

@@ -38,11 +38,11 @@ INTERPOLATIONS = {"Linear": "linear", "Closest": "closest", "Cubic": "cubic", "S
 COORDINATES = {
     "object": "point.object",
     "object_normal": "normal_of_object()",
-    "reflection": "reflect(-incoming(point), surface_normal())",
+    "reflection": "reflect(-incoming_at(point.position), surface_normal())",
     "position": "point.position",
     "normal": "surface_normal()",
     "true_normal": "true_normal()",
-    "incoming": "incoming(point)",
+    "incoming": "incoming_at(point.position)",
     "tangent": "tangent_of_generated(point.{generated})",
     "backfacing": "(is_front() ? 0.0 : 1.0)",
 }

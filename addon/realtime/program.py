@@ -140,7 +140,6 @@ def surface_program(variant: Variant) -> Program:
         "surface_fragment",
         samplers=({"shadow_map": "FLOAT_2D"} if lighting.shadows else {}) | ({"specular_table": "FLOAT_2D"} if has_table else {}),
         blocks=blocks,
-        constants={"object_number": "INT"} if "SUBSURFACE" in features else {},
         outputs=("out_radiance", *(("out_entering", "out_distance", "out_tint") if variant.subsurface_in_scene else ())),
         declarations=f"struct Light {{{members}}};\n",
     )
@@ -159,7 +158,6 @@ def _material_program(
     fragment: str,
     samplers: Mapping[str, str] | None = None,
     blocks: Mapping[str, str] | None = None,
-    constants: Mapping[str, str] | None = None,
     outputs: tuple[str, ...] = ("result",),
     declarations: str = "",
 ) -> Program:
@@ -186,7 +184,7 @@ def _material_program(
         attributes={"position": "VEC3", "normal": "VEC3"} | names,
         varyings=dict.fromkeys(("world_position", "world_normal", "object_position", "object_normal"), "VEC3")
         | {f"varying_{one}": kind for one, kind in names.items()},
-        constants={"object_matrix": "MAT4", "orientation": "FLOAT"} | dict(constants or {}),
+        constants={"object_matrix": "MAT4", "orientation": "FLOAT", "object_number": "INT"},
         samplers=dict(samplers or {}) | {f"image_{index}": "FLOAT_2D" for index in range(inputs.images)},
         uniform_blocks={"view": "View", "material": "Material"} | dict(blocks or {}),
         outputs=outputs,

@@ -268,8 +268,6 @@ class Renderer:
                     shader.uniform_sampler("shadow_map", self._shadow_map)
                 for item in items:
                     _place(shader, item)
-                    if material.has_subsurface:
-                        shader.uniform_int("object_number", item.number)
                     item.mesh.batches[item.slot, material.attributes].draw(shader)
             gpu.state.front_facing_set(False)
             gpu.state.depth_test_set("NONE")
@@ -374,6 +372,8 @@ def _place(shader: gpu.types.GPUShader, item: DrawItem) -> None:
     shader.uniform_float("object_matrix", item.matrix)
     with suppress(ValueError):
         shader.uniform_float("orientation", -1.0 if item.matrix.is_negative else 1.0)
+    with suppress(ValueError):
+        shader.uniform_int("object_number", item.number)
 
 
 def forget_shaders() -> None:
