@@ -183,7 +183,7 @@ def _principled(node: bpy.types.Node, stack: Stack) -> dict[str, Value]:
 
     found = {"base color": get("Base Color"), "roughness": get("Roughness")}
     normal, alpha = get("Normal"), get("Alpha")
-    if node.inputs["Normal"].is_linked and not normal.is_constant:
+    if node.inputs["Normal"].is_linked and (normal.images or normal.attributes or normal.operations - {"NORMAL_MAP", "BUMP"}):
         found["normal"] = normal
     if not alpha.is_constant or alpha.factor[0] < 1.0:
         found["alpha"] = alpha

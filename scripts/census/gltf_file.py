@@ -30,14 +30,20 @@ type Candidates = dict[str, list[Value]]
 def read(path: Path) -> dict[str, Candidates]:
     """Return what the materials of a .glb file have on each channel, by name. Raises ValueError where it is no such file."""
     document, buffer = _chunks(path)
-    colored = {
-        primitive["material"]
-        for mesh in document.get("meshes", ())
-        for primitive in mesh["primitives"]
-        if "material" in primitive and not _is_white(document, buffer, primitive["attributes"].get(VERTEX_COLOR))
-    }
-    materials = document.get("materials", ())
-    return {material["name"]: _channels(document, material, index in colored) for index, material in enumerate(materials)}
+    colored: set[int] = set()
+    white: set[int] = set()
+    for mesh in document.get("meshes", ()):
+        for primitive in mesh["primitives"]:
+            if "material" in primitive and VERTEX_COLOR in primitive["attributes"]:
+                is_white = _is_white(document, buffer, primitive["attributes"][VERTEX_COLOR])
+                (white if is_white else colored).add(primitive["material"])
+    found = {}
+    for index, material in enumerate(document.get("materials", ())):
+        channels = _channels(document, material, index in colored)
+        if index in white - colored:  # as good as none
+            channels["base color"] += _channels(document, material, True)["base color"]
+        found[material["name"]] = channels
+    return found
 
 
 def _chunks(path: Path) -> tuple[Json, bytes]:
@@ -49,10 +55,8 @@ def _chunks(path: Path) -> tuple[Json, bytes]:
     return json.loads(data[20 : 20 + length]), data[28 + length :]
 
 
-def _is_white(document: Json, buffer: bytes, index: int | None) -> bool:
-    """Return whether an accessor's colors are white everywhere, as those that Blender's exporter fills in, or not there."""
-    if index is None:
-        return True
+def _is_white(document: Json, buffer: bytes, index: int) -> bool:
+    """Return whether an accessor's colors are white everywhere, as those that Blender's exporter fills in."""
     accessor = document["accessors"][index]
     if "bufferView" not in accessor:
         return False
