@@ -77,7 +77,7 @@ CLOSURES = {
     "thin film": ((r"dielectric|conductor|generalized_schlick", r"thinfilm_thickness"),),
     "subsurface": ((r"mix_bsdf", r"mix"),),
 }
-PASSED = re.compile(r"^ND_(convert|dot|normalize|roughness_anisotropy|clamp|safepower)_?")
+PASSED = re.compile(r"^ND_((convert|dot|normalize|clamp)_|roughness_anisotropy$)")
 MOST_NODES = 5000
 
 type Candidates = dict[str, list[Value]]
