@@ -825,3 +825,20 @@ def test_has_color_and_roughness(tmp_path: Path) -> None:
     assert seen["Coated"]["extensions"]["KHR_materials_ior"]["ior"] == pytest.approx(1.4)
     assert seen["Shiny"]["pbrMetallicRoughness"]["roughnessFactor"] == pytest.approx(0.5)
     assert "baseColorTexture" in seen["EON"]["pbrMetallicRoughness"] and len(document["images"]) == 1
+
+
+def test_material_with_an_output_for_each_engine_is_what_eevee_shows(tmp_path: Path) -> None:
+    """As files from before Blender 2.80 became; the exporter by itself writes nothing of such a material."""
+    material = rough("Lambert")
+    tree = material.node_tree
+    shown = tree.get_output_node("ALL")
+    shown.target = "EEVEE"
+    other, closure = tree.nodes.new("ShaderNodeOutputMaterial"), tree.nodes.new("ShaderNodeBsdfDiffuse")
+    other.target, other.is_active_output = "CYCLES", True
+    tree.links.new(closure.outputs[0], other.inputs["Surface"])
+    show(material)
+    (written,) = export(tmp_path / "two.glb")["materials"]
+    assert written["pbrMetallicRoughness"]["baseColorFactor"][:3] == pytest.approx(COLOR[:3], rel=1e-6)
+    (line,) = report.take()
+    assert "another engine's output" in line and shown.name in line
+    assert shown.target == "EEVEE" and len([node for node in tree.nodes if node.type == "OUTPUT_MATERIAL"]) == 2

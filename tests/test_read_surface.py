@@ -263,3 +263,20 @@ def test_keyed_input_is_noted(material):
     material.read(node)
     (note,) = read_surface(material.material).notes
     assert note == "keyed or driven: its value at this frame counts (Principled BSDF)"
+
+
+def test_output_of_eevee_is_read_before_that_of_cycles_and_that_of_all(material):
+    """What EEVEE shows is what its own output has; Cycles shows its own; one for all engines serves neither."""
+    outputs = {"ALL": material.output}
+    for target, color in (("ALL", 0.25), ("EEVEE", 0.5), ("CYCLES", 0.75)):
+        if target not in outputs:
+            outputs[target] = material.tree.nodes.new("ShaderNodeOutputMaterial")
+        closure = material.node("ShaderNodeBsdfDiffuse", Color=(color, color, color, 1.0))
+        outputs[target].target = target
+        material.tree.links.new(closure.outputs[0], outputs[target].inputs["Surface"])
+    reading = read_surface(material.material)
+    assert reading.surface["base_color"] == Constant((0.5, 0.5, 0.5))
+    assert [loss.what for loss in reading.losses] == ["another engine's output"]
+    assert read_surface(material.material, target="CYCLES").surface["base_color"] == Constant((0.75, 0.75, 0.75))
+    material.tree.nodes.remove(outputs["EEVEE"])
+    assert read_surface(material.material).surface["base_color"] == Constant((0.25, 0.25, 0.25))

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import bpy
 
 from ..blender.id_properties import GROUP_ID
+from ..material.read_closures import TARGETS
 from ..material.revert import is_ours, to_principled
 from ..material.surface import Loss
 from ..nodes import ROUGH_DIFFUSE
@@ -69,6 +70,7 @@ class StandIns:
             made.groups = to_principled(made.material).copies
             if is_animated:
                 tree.animation_data_create()  # by which the exporter knows that there is something to animate
+            made.losses += _keep_shown_output(tree)
             made.replaced = list(_replaced(material.node_tree, tree, ()))
             for replaced in made.replaced:
                 if key_and_version(replaced.node)[0] == ROUGH_DIFFUSE.key:
@@ -88,6 +90,22 @@ class StandIns:
         made = list(self._by_material.values())
         self._by_material.clear()
         bpy.data.batch_remove([block for stand_in in made for block in stand_in.blocks])
+
+
+def _keep_shown_output(tree: bpy.types.ShaderNodeTree) -> list[Loss]:
+    """Make the output that EEVEE shows, or else Cycles, the only one of `tree`: the exporter knows none of one engine alone.
+
+    Returns what is lost by that.
+    """
+    shown = next((output for target in TARGETS if (output := tree.get_output_node(target))), None)
+    if shown is None:
+        return []
+    other = tree.get_output_node("CYCLES")
+    losses = [Loss("", other.name, "another engine's output", f"{shown.name} is written")] if other and other != shown else []
+    for node in [node for node in tree.nodes if node.type == "OUTPUT_MATERIAL" and node != shown]:
+        tree.nodes.remove(node)
+    shown.target, shown.is_active_output = "ALL", True
+    return losses
 
 
 def holds_ours(tree: bpy.types.ShaderNodeTree) -> bool:

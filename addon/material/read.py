@@ -10,7 +10,7 @@ import bpy
 from ..nodes import GROUPS, Group
 from ..nodes.graph import key_and_version
 from .links import Place, upstream
-from .read_closures import ClosureReader, material_surface
+from .read_closures import TARGETS, ClosureReader, material_surface
 from .read_nodes import shortest
 from .surface import Loss, Setting, Surface
 
@@ -22,7 +22,7 @@ def group_nodes(material: bpy.types.Material) -> Iterator[tuple[bpy.types.Node, 
     """
     groups = {group.key: group for group in GROUPS}
     tree = material.node_tree
-    outputs = [tree.get_output_node(target) for target in ("ALL", "EEVEE", "CYCLES")] if tree else []
+    outputs = [tree.get_output_node(target) for target in TARGETS] if tree else []
     for output in dict.fromkeys(filter(None, outputs)):
         for place in upstream(Place(output.inputs["Surface"])):
             key, version = key_and_version(place.node)
@@ -70,8 +70,8 @@ class Reading:
     """For each parameter that one input alone gives, that input."""
 
 
-def read_surface(material: bpy.types.Material, unit: float = 1.0, target: str = "ALL") -> Reading:
-    """Return the surface that `material` has at its output for `target`: ALL, EEVEE or CYCLES.
+def read_surface(material: bpy.types.Material, unit: float = 1.0, target: str = "EEVEE") -> Reading:
+    """Return the surface that `material` has at its output for `target`, EEVEE or CYCLES, or else at another.
 
     `unit` is the scene's unit in meters (unit_settings.scale_length). What cannot be read is in the losses, with what takes its
     place; nothing is left out unsaid.

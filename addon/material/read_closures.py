@@ -69,6 +69,9 @@ PRINCIPLED_INPUTS = {
     "opacity": "Alpha",
     "normal": "Normal",
 }
+ENGINES = ("EEVEE", "CYCLES")
+TARGETS = (*ENGINES, "ALL")
+"""Of a Material Output, in the order in which one is looked for; one for all engines serves each that has none."""
 METHODS = {
     "Christensen-Burley": "BURLEY",
     "Random Walk": "RANDOM_WALK",
@@ -414,13 +417,17 @@ CLOSURES: Mapping[str, Closure] = {
 
 
 def material_surface(material: bpy.types.Material, target: str, reader: ClosureReader) -> Surface:
-    """Return the surface at the output of `material` for `target`: ALL, EEVEE or CYCLES."""
+    """Return the surface at the output of `material` for `target`, of TARGETS, or where it has none at another."""
     tree = material.node_tree
-    output = tree.get_output_node(target) if tree else None
+    outputs = [found for each in (target, *TARGETS) if (found := tree.get_output_node(each))] if tree else []
+    output = next(iter(outputs), None)
     if output is None:
         reader.losses.append(Loss("", "", "a material without an output", "black takes its place"))
         return nothing()
     found = reader.surface(Place(output.inputs["Surface"]))
+    others = [other for other in (tree.get_output_node(each) for each in ENGINES) if other and other != output]
+    if others:
+        reader.losses.append(Loss("", others[0].label or others[0].name, "another engine's output", f"{output.name} counts"))
     for name in ("Displacement", "Volume"):
         if source(Place(output.inputs[name])).socket.is_output:
             reader.losses.append(Loss("", output.label or output.name, f"{name} at the output", "the surface is without it"))

@@ -18,6 +18,7 @@ from ..material import node_record
 from ..material.expression import Attribute, Constant, Expression, NormalMap, walk
 from ..material.links import Place, upstream
 from ..material.read import Reading
+from ..material.read_closures import TARGETS
 from ..material.read_nodes import NodeReader, UnsupportedInput
 from ..material.surface import Loss
 from ..nodes import GROUPS
@@ -29,7 +30,6 @@ from .network import Primvar
 type ExportTexture = Callable[[bpy.types.Image], str]
 
 KEYS = {group.key for group in GROUPS}
-TARGETS = ("ALL", "EEVEE", "CYCLES")
 VIEWPORT_SHADER = "previewShader"  # what Blender writes instead of a UsdPreviewSurface where that is not asked for
 OCCLUSION_GROUPS = ("glTF Material Output", "glTF Settings")  # of Blender's glTF importer
 MATERIAL_SETTINGS = ("surface_render_method", "use_backface_culling", "use_transparency_overlap", "displacement_method")
