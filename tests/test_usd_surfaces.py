@@ -584,3 +584,62 @@ def test_attribute_of_numbers_is_a_number(tmp_path: Path) -> None:
     assert found["outputs"]["surface"]["roughness"] == {"id": "UsdPrimvarReader_float", "output": "result", "varname": "wear"}
     assert "ND_geompropvalue_float" in json.dumps(found["outputs"]["mtlx:surface"])
     assert not [line for line in found["lines"] if "wear" in line]
+
+
+def emitted_in_storm(path: Path, size: int, is_preview: bool) -> list[float]:
+    """Return the picture of the file's camera in Hydra Storm, of one of its networks."""
+    from pxr import Usd, UsdGeom, UsdShade
+
+    from true_diffuse.scripts.studies import storm
+
+    stage = Usd.Stage.Open(str(path))
+    prims = list(stage.Traverse())
+    for prim in prims:
+        if is_preview and prim.IsA(UsdShade.Material):
+            prim.RemoveProperty("outputs:mtlx:surface")
+    camera = next(UsdGeom.Camera(prim) for prim in prims if prim.IsA(UsdGeom.Camera))
+    return list(storm.radiance(stage, camera, size))
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("driver")
+@pytest.mark.parametrize("is_preview", [False, True], ids=["MaterialX", "UsdPreviewSurface"])
+def test_storm_shows_images_where_cycles_does(is_preview: bool, tmp_path: Path) -> None:
+    size = 32
+    material = materials.create("Lit", PRINCIPLED, **{"Base Color": (0.0, 0.0, 0.0, 1.0), "Specular IOR Level": 0.0})
+    image = bpy.data.images.new("steps", 8, 8)
+    # smooth, so that filters count for little, and of no symmetry
+    image.pixels = [one for y in range(8) for x in range(8) for one in (0.3 + 0.08 * x, 0.3 + 0.08 * y, 0.3 + 0.01 * x * y, 1.0)]
+    image.filepath_raw, image.file_format = str(tmp_path / "steps.png"), "PNG"
+    image.save()
+    source, mapping = new(material, "TexImage", image=image, extension="EXTEND"), new(material, "Mapping")
+    mapping.inputs["Location"].default_value = (0.35, 0.1, 0.0)
+    mapping.inputs["Rotation"].default_value = (0.0, 0.0, 0.4)
+    mapping.inputs["Scale"].default_value = (0.6, 0.4, 1.0)
+    tint = new(material, "Mix", data_type="RGBA", blend_type="MULTIPLY")
+    tint.inputs[0].default_value, tint.inputs[7].default_value = 1.0, (0.9, 0.5, 0.7, 1.0)
+    link(new(material, "UVMap", uv_map="UVMap").outputs["UV"], mapping.inputs["Vector"])
+    link(mapping.outputs["Vector"], source.inputs["Vector"])
+    link(source.outputs["Color"], tint.inputs[6])
+    node = group_node(material)[0]
+    link(tint.outputs[2], node.inputs["Emission Color"])
+    node.inputs["Emission Strength"].default_value = 1.0
+    show(material, "UVMap")
+    bpy.ops.object.camera_add(location=(0.0, 0.0, 4.0))
+    scene = bpy.context.scene
+    scene.camera = bpy.context.object
+    scene.camera.data.angle = 2.0 * math.atan(0.2)  # the inner 1.6 of the plane, which has 2
+    scene.render.engine, scene.cycles.samples, scene.cycles.device = "CYCLES", 16, "CPU"
+    scene.render.resolution_x = scene.render.resolution_y = size
+    scene.render.image_settings.file_format, scene.render.filepath = "OPEN_EXR", str(tmp_path / "cycles.exr")
+    bpy.ops.render.render(write_still=True)
+    made = bpy.data.images.load(str(tmp_path / "cycles.exr"))
+    pixels = list(made.pixels)
+    expected = [pixels[4 * ((size - 1 - y) * size + x) + channel] for y in range(size) for x in range(size) for channel in range(3)]
+    assert max(expected) - min(expected) > 0.3
+    export(tmp_path / "one.usda")
+    shown = emitted_in_storm(tmp_path / "one.usda", size, is_preview)
+    off = [abs(a - b) for a, b in zip(shown, expected, strict=True)]
+    mirrored = [expected[3 * (size * y + size - 1 - x) + channel] for y in range(size) for x in range(size) for channel in range(3)]
+    # A texel's step is 0.05 of radiance, and filters differ by a part of it; a wrong place, tint or color space by several
+    assert sum(off) / len(off) < 0.01 < 0.05 < sum(abs(a - b) for a, b in zip(mirrored, expected, strict=True)) / len(off)

@@ -26,7 +26,7 @@ except moderngl.Error as error:
 def test_operations_have_the_value_of_the_reference() -> None:
     result = subprocess.run([sys.executable, "-c", MEASURE, str(SCRIPTS)], capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stderr
-    found = json.loads(result.stdout)
+    found = json.loads(result.stdout.splitlines()[-1])  # drivers may print, too
     if isinstance(found, str):
         pytest.skip(f"no graphics driver runs the GLSL that MaterialX generates: {found}")
     assert len(found) > 65
