@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
-# MaterialX and its generators run in a process without bpy, whose own copies of them clash
+# in a process of its own, as Blender's copy of MaterialX, which other tests import, is not the package's
 MEASURE = """
 import json, sys
 sys.path.insert(0, sys.argv[1])

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How far operations of input nodes are from their reference, in the GLSL that MaterialX generates from what is written for them.
 
-Runs in a process without Blender, as materialx_code.py.
+Needs the package MaterialX as materialx_code.py does: Blender's own copy of it must not be imported in the same process.
 """
 
 import inspect
