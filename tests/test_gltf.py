@@ -789,7 +789,7 @@ def test_layers_without_a_place_in_gltf_are_said(tmp_path: Path) -> None:
     assert report.take() == [
         "True Diffuse: Layers: Subsurface weight: the layer (Principled BSDF) is not supported, what lies below is written",
         "True Diffuse: Layers: Thin film thickness: the layer (Principled BSDF) is not supported, what lies below is written",
-        "True Diffuse: Layers: Coat ior: another value than glTF's (Principled BSDF) is not supported, 1.5 is meant",
+        "True Diffuse: Layers: Coat IOR: another value than glTF's (Principled BSDF) is not supported, 1.5 is meant",
     ]
 
 

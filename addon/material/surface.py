@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A material's surface as plain values, which all targets read: Realtime, USD, glTF. No bpy."""
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -113,7 +114,9 @@ class Loss:
     instead: str
 
     def __str__(self) -> str:
-        place = f"{self.parameter.replace('_', ' ').capitalize()}: " if self.parameter else ""
+        # in Blender's words: what OpenPBR calls fuzz is its sheen
+        words = self.parameter.replace("_", " ").replace("fuzz", "sheen").capitalize()
+        place = f"{re.sub(r'(?i)\bior\b', 'IOR', words)}: " if words else ""
         return f"{place}{self.what}{f' ({self.node})' if self.node else ''} is not supported, {self.instead}"
 
 
