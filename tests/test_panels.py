@@ -18,9 +18,10 @@ from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.read import group_node
 from true_diffuse.addon.material.summary import material_summary, stated_error
 from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
+from true_diffuse.addon.operators import exports as exports_operator
 from true_diffuse.addon.operators import tolerance as tolerance_operator
 from true_diffuse.addon.optimize.materials import optimize_materials
-from true_diffuse.addon.probe import measurement
+from true_diffuse.addon.probe import exports, measurement
 from true_diffuse.addon.probe.environment import environment
 from true_diffuse.addon.ui import panels, plots
 from true_diffuse.scripts.studies import furnace, sheet
@@ -268,6 +269,56 @@ def test_panel_lists_what_targets_do_not_carry_until_the_material_changes() -> N
     with bpy.context.temp_override(material=material):
         bpy.ops.true_diffuse.check_exports()
     assert {"USD: all is carried", "glTF: all is carried"} <= set(drawn(material).texts)
+
+
+def test_panel_says_that_blender_lacks_an_exporter(monkeypatch: pytest.MonkeyPatch) -> None:
+    material = clay()
+    monkeypatch.setitem(
+        exports_operator.answers, material.session_uid, exports.CarriedBy({"USD": None}, exports.fingerprint(material))
+    )
+    assert "USD: no exporter in this Blender" in drawn(material).texts
+
+
+def test_panel_reads_a_material_once_between_its_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[str] = []
+    monkeypatch.setattr(exports, "realtime_losses", lambda material, _scene: read.append(material.name) or [])
+    material = clay()
+    mesh = bpy.data.meshes.new("Mesh")
+    mesh.materials.append(material)
+    item = bpy.data.objects.new("Mesh", mesh)
+    bpy.context.scene.collection.objects.link(item)
+    bpy.context.view_layer.update()
+    drawn(material), drawn(material)
+    item.location.x = 1.0
+    bpy.context.view_layer.update()
+    drawn(material)
+    assert read == ["Clay"]
+    group_node(material)[0].inputs["Roughness"].default_value = 0.7
+    bpy.context.view_layer.update()
+    drawn(material), drawn(material)
+    assert read == ["Clay", "Clay"]
+    bpy.context.scene.collection.objects.unlink(item)
+    bpy.context.view_layer.update()
+    drawn(material), drawn(material)  # of a material outside of the scene Blender does not tell
+    assert read == ["Clay"] * 4
+
+
+def test_fingerprint_visits_what_inputs_share_once() -> None:
+    """A chain of 60 nodes that each take the one before twice has 2^60 paths."""
+    material = clay()
+    tree = material.node_tree
+    last = tree.nodes.new("ShaderNodeTexNoise").outputs["Color"]
+    for _ in range(60):
+        node = tree.nodes.new("ShaderNodeVectorMath")
+        node.operation = "MULTIPLY"
+        tree.links.new(last, node.inputs[0])
+        tree.links.new(last, node.inputs[1])
+        last = node.outputs["Vector"]
+    tree.links.new(last, group_node(material)[0].inputs["Color"])
+    before = exports.fingerprint(material)
+    assert exports.fingerprint(material) == before
+    node.operation = "ADD"
+    assert exports.fingerprint(material) != before
 
 
 def test_lights_are_chosen_from_a_list() -> None:

@@ -106,8 +106,11 @@ def is_used(output: bpy.types.NodeSocket) -> bool:
 
 def _linked_output(place: Place) -> Place | None:
     """Return the output linked to an input; None where there is none. Muted and invalid links do not count."""
-    for link in place.socket.links:
-        if link.is_valid and not link.is_muted:
+    socket = place.socket
+    if not socket.is_linked:  # most are not, and `links` takes long: Blender looks through all of the tree
+        return None
+    for link in socket.id_data.links:
+        if link.to_socket == socket and link.is_valid and not link.is_muted:
             return Place(link.from_socket, place.groups)
     return None
 

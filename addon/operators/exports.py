@@ -38,8 +38,12 @@ def check(operator: Operator, context: bpy.types.Context, material: bpy.types.Ma
     except (RuntimeError, OSError) as error:
         return operator.cancel_with(error)
     answers[material.session_uid] = answer
-    notes = [f"{target}: {line}" for target, lines in answer.lines.items() for line in lines]
-    operator.report_with_notes(f"{material.name}: {'not all is carried' if notes else 'USD and glTF carry all of it'}", notes)
+    notes = [f"{target}: {line}" for target, lines in answer.lines.items() for line in lines or ()]
+    asked = [target for target, lines in answer.lines.items() if lines is not None]
+    if not asked:
+        return operator.cancel_with("This Blender has neither an exporter of USD nor of glTF")
+    carried = f"{' and '.join(asked)} {'carry' if len(asked) > 1 else 'carries'} all of it"
+    operator.report_with_notes(f"{material.name}: {'not all is carried' if notes else carried}", notes)
     for area in context.screen.areas if context.screen else ():
         area.tag_redraw()
     return {"FINISHED"}

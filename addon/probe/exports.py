@@ -7,7 +7,7 @@ from a scene of its own into a temporary folder. So nothing of the file changes.
 
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -15,23 +15,26 @@ import bpy
 
 from ..blender import report
 from ..material.read import read_surface
-from ..material.surface import Loss, Surface
 
 CORNERS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))  # of the mesh, one triangle
 
 
 @dataclass(frozen=True)
 class CarriedBy:
-    """What targets say of a material: lines by target, none where all is carried; and what the material was then."""
+    """What targets say of a material: lines by target, none where all is carried, None where this Blender lacks the exporter; and
+    the material's fingerprint then."""
 
-    lines: Mapping[str, tuple[str, ...]]
-    surface: Surface
-    losses: tuple[Loss, ...]
+    lines: Mapping[str, tuple[str, ...] | None]
+    fingerprint: int
 
-    def is_current(self, material: bpy.types.Material) -> bool:
-        """Return whether the material is as it was."""
-        reading = read_surface(material)
-        return (reading.surface, tuple(reading.losses)) == (self.surface, self.losses)
+
+def fingerprint(material: bpy.types.Material) -> int:
+    """Return a number that tells whether what targets read of `material` has changed in this session."""
+    reading = read_surface(material)
+    surface = reading.surface
+    settings = (getattr(surface, each.name) for each in fields(surface) if each.name != "inputs")
+    # of hashes, which expressions keep: to compare two readings would visit shared expressions once for each path to them
+    return hash((frozenset(surface.inputs.items()), tuple(reading.losses), *settings))
 
 
 def realtime_losses(material: bpy.types.Material, scene: bpy.types.Scene) -> list[str]:
@@ -44,18 +47,22 @@ def realtime_losses(material: bpy.types.Material, scene: bpy.types.Scene) -> lis
 
 def check_exports(material: bpy.types.Material, context: bpy.types.Context) -> CarriedBy:
     """Return what USD and glTF do not carry of `material`. Raises RuntimeError where an export fails."""
-    lines: dict[str, tuple[str, ...]] = {}
+    lines: dict[str, tuple[str, ...] | None] = {"USD": None, "glTF": None}
+    exports = []
+    if bpy.app.build_options.usd:
+        exports.append(("USD", _export_usd))
+    if hasattr(bpy.types, "EXPORT_SCENE_OT_gltf"):  # Blender's add-on may be disabled
+        exports.append(("glTF", _export_gltf))
     prefix = f"True Diffuse: {material.name}: "
     with TemporaryDirectory() as folder, _scene_with(material, context.scene) as scene:
         waiting = report.take()  # of an export before, not shown yet
         with context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
-            for target, export in (("USD", _export_usd), ("glTF", _export_gltf)):
+            for target, export in exports:
                 export(Path(folder))
                 said = report.take()
                 lines[target] = tuple(dict.fromkeys(line.removeprefix(prefix) for line in said if line.startswith(prefix)))
         report.put_back(waiting)
-    reading = read_surface(material)
-    return CarriedBy(lines, reading.surface, tuple(reading.losses))
+    return CarriedBy(lines, fingerprint(material))
 
 
 def _export_usd(folder: Path) -> None:

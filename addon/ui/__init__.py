@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Menus, panels and plots."""
 
-from . import menus, panels, plots
+from . import kept, menus, panels, plots
 
-MODULES = (menus, plots, panels)
+MODULES = (kept, menus, plots, panels)
 
 
 def register() -> None:

@@ -18,6 +18,7 @@ from ..operators.presets import SHADED, TRUE_DIFFUSE_OT_apply_preset
 from ..operators.tolerance import TRUE_DIFFUSE_OT_pick_settings
 from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
 from . import menus, plots
+from .kept import keep
 
 if TYPE_CHECKING:
     from ..material.summary import MaterialSummary
@@ -119,7 +120,7 @@ def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, materi
         _section(layout, "lights", "Lights", lambda body: draw_lights(body, context.scene))
     _section(layout, "plot", "Plot", lambda body: draw_plots(body, context, summary))
     _section(layout, "accuracy", "Accuracy", lambda body: draw_accuracy(body, context.scene, material, summary))
-    _section(layout, "carried", "Not Carried", lambda body: draw_carried(body, context.scene, material))
+    _section(layout, "carried", "Not Carried", lambda body: draw_carried(body, context, material))
     _section(layout, "error", "Error", lambda body: draw_error(body, context.scene))
     row = layout.row(align=True)
     row.operator(TRUE_DIFFUSE_OT_optimize.bl_idname)
@@ -249,15 +250,17 @@ def draw_accuracy(
         column.label(text=line)
 
 
-def draw_carried(layout: bpy.types.UILayout, scene: bpy.types.Scene, material: bpy.types.Material) -> None:
+def draw_carried(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
     """Draw what of the material Realtime does not draw, and what files of the last check do not carry."""
-    from ..probe.exports import realtime_losses
+    from ..probe.exports import fingerprint, realtime_losses
 
-    _draw_losses(layout, "Realtime", realtime_losses(material, scene))
+    scene, layer = context.scene, context.view_layer
+    unit = scene.unit_settings.scale_length
+    _draw_losses(layout, "Realtime", keep(material, layer, ("Realtime", unit), lambda: realtime_losses(material, scene)))
     answer = answers.get(material.session_uid)
     if answer:
         column = layout.column()
-        if not answer.is_current(material):
+        if keep(material, layer, "fingerprint", lambda: fingerprint(material)) != answer.fingerprint:
             column.label(text="Outdated: the material has changed", icon="ERROR")
             column.active = False
         for target, lines in answer.lines.items():
@@ -265,8 +268,11 @@ def draw_carried(layout: bpy.types.UILayout, scene: bpy.types.Scene, material: b
     layout.operator(TRUE_DIFFUSE_OT_check_exports.bl_idname)
 
 
-def _draw_losses(layout: bpy.types.UILayout, target: str, lines: Sequence[str]) -> None:
-    """Draw a line for `target`, and the `lines` of what it does not carry."""
+def _draw_losses(layout: bpy.types.UILayout, target: str, lines: Sequence[str] | None) -> None:
+    """Draw a line for `target`, and the `lines` of what it does not carry; None where it could not be asked."""
+    if lines is None:
+        layout.label(text=f"{target}: no exporter in this Blender", icon="INFO")
+        return
     layout.label(
         text=f"{target}: {f'{len(lines)} not carried' if lines else 'all is carried'}", icon="ERROR" if lines else "CHECKMARK"
     )

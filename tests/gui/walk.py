@@ -10,8 +10,9 @@ from pathlib import Path
 import bpy
 
 package, folder = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
+CHARACTERS = Path(__file__).resolve().parents[1] / "assets"
 REPOSITORY = "walk"
-RENDERED = 40.0  # seconds until a software driver has compiled and drawn the viewport
+RENDERED = {"CYCLES": 20.0, "BLENDER_EEVEE": 40.0}  # seconds until a software driver has compiled and drawn the viewport
 DRAWN = 12.0  # the same for the realtime engine
 
 type Steps = Generator[float]
@@ -66,6 +67,18 @@ def nodes() -> bpy.types.Nodes:
     return cube().active_material.node_tree.nodes
 
 
+def node_of(material: str) -> bpy.types.Node | None:
+    """Return the True Diffuse node of a material; None where it has none."""
+    groups = (node for node in bpy.data.materials[material].node_tree.nodes if node.type == "GROUP")
+    return next((node for node in groups if "true_diffuse" in node.node_tree), None)
+
+
+def group_of(material: str) -> str:
+    """Return the name of a material's True Diffuse group; empty where it has none."""
+    node = node_of(material)
+    return node.node_tree.name if node else ""
+
+
 def install() -> Steps:
     bpy.context.preferences.extensions.repos.new(name=REPOSITORY, module=REPOSITORY, custom_directory=str(folder / "repository"))
     bpy.ops.extensions.package_install_files(filepath=str(package), repo=REPOSITORY, enable_on_install=True)
@@ -116,7 +129,7 @@ def switch_engines() -> Steps:
         bpy.context.scene.render.engine = engine
         bpy.context.scene.cycles.preview_samples = 16
         view.spaces.active.shading.type = "RENDERED"
-        yield RENDERED
+        yield RENDERED[engine]
         picture(name)
     view.spaces.active.shading.type = "SOLID"
     yield 1.0
@@ -174,6 +187,14 @@ def draw_in_real_time() -> Steps:
     yield 1.0
 
 
+def undo() -> Steps:
+    """Undo the last step by the keyboard."""
+    point(*middle(area("VIEW_3D")))
+    yield 0.5
+    mouse("key", "ctrl+z")
+    yield 2.0
+
+
 def convert() -> Steps:
     plain = bpy.data.materials.new("Plain")
     cube().active_material = plain
@@ -191,12 +212,10 @@ def convert() -> Steps:
     with within(view):
         assert bpy.ops.true_diffuse.convert("EXEC_DEFAULT", True) == {"FINISHED"}
     yield 2.0
-    assert "Rough Diffuse" in nodes() and "Principled BSDF" not in nodes()
+    assert group_of("Plain") == "Principled Rough Diffuse" and "Principled BSDF" not in nodes()
     picture("converted")
-    point(*middle(view))
-    mouse("key", "ctrl+z")
-    yield 2.0
-    assert "Principled BSDF" in nodes()
+    yield from undo()
+    assert "Principled BSDF" in nodes() and group_of("Plain") == ""
 
 
 def drag_an_asset() -> Steps:
@@ -242,6 +261,82 @@ def drag_an_asset() -> Steps:
     yield 1.0
 
 
+def use_characters() -> Steps:
+    """Convert characters from files, look at them in real time, edit one, ask what is carried, and turn them back."""
+    view, side = sorted((place for place in window().screen.areas if place.type == "VIEW_3D"), key=lambda place: place.x)
+    scene = bpy.context.scene
+    others = [item.name for item in scene.objects if item.visible_get()]
+    for name in others:
+        scene.objects[name].hide_set(True)
+    with within(view):
+        bpy.ops.object.select_all(action="DESELECT")
+        for index, name in enumerate(("normal_and_roughness", "metal_in_parts", "alpha")):
+            bpy.ops.import_scene.gltf(filepath=str(CHARACTERS / f"{name}.glb"))
+            bpy.context.object.location.x = 0.9 * index
+    characters = [item.name for item in scene.objects if item.visible_get()]
+    sun = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    sun.rotation_euler, sun.data.energy = (0.9, 0.3, 0.0), 3.0
+    scene.collection.objects.link(sun)
+    for name in characters:
+        scene.objects[name].select_set(True)
+    bpy.context.view_layer.objects.active = scene.objects["Normal Map"]
+    scene.render.engine = "TRUE_DIFFUSE_REALTIME"
+    side.ui_type = "PROPERTIES"
+    yield 1.0
+    side.spaces.active.context = "MATERIAL"
+    view.spaces.active.shading.type = "RENDERED"
+    with within(view):
+        bpy.ops.view3d.view_axis(type="FRONT")
+        bpy.ops.view3d.view_selected()
+    bpy.ops.ed.undo_push(message="Characters")
+    yield DRAWN
+    picture("characters")
+    materials = [slot.material.name for name in characters for slot in scene.objects[name].material_slots]
+    with within(view):
+        assert bpy.ops.true_diffuse.convert("EXEC_DEFAULT", True) == {"FINISHED"}
+    yield DRAWN
+    assert {group_of(name) for name in materials} == {"Principled Rough Diffuse"}
+    picture("characters_converted")
+    yield from undo()
+    assert {group_of(name) for name in materials} == {""}
+    with within(view):
+        bpy.ops.ed.redo()
+    yield 2.0
+    assert {group_of(name) for name in materials} == {"Principled Rough Diffuse"}
+    for name in materials:
+        node = node_of(name)
+        node.inputs["Model"].default_value, node.inputs["Diffuse Roughness"].default_value = "Oren-Nayar", 1.0
+    bpy.ops.ed.undo_push(message="Rough")
+    yield DRAWN
+    picture("characters_rough")
+    tree, node = bpy.data.materials["Hide"].node_tree, node_of("Hide")
+    tree.links.new(tree.nodes.new("ShaderNodeWireframe").outputs[0], node.inputs["Roughness"])
+    bpy.ops.ed.undo_push(message="Wireframe")
+    with within(side):
+        assert bpy.ops.true_diffuse.check_exports("EXEC_DEFAULT", True) == {"FINISHED"}
+    yield DRAWN
+    picture("not_carried")
+    yield from undo()
+    assert not any(node.bl_idname == "ShaderNodeWireframe" for node in bpy.data.materials["Hide"].node_tree.nodes)
+    with within(view):
+        assert bpy.ops.true_diffuse.revert("EXEC_DEFAULT", True) == {"FINISHED"}
+    yield DRAWN
+    assert {group_of(name) for name in materials} == {""} and "Principled BSDF" in bpy.data.materials["Hide"].node_tree.nodes
+    picture("reverted")
+    yield from undo()
+    assert {group_of(name) for name in materials} == {"Principled Rough Diffuse"}
+    scene = bpy.context.scene
+    for name in (*characters, "Sun"):
+        bpy.data.objects.remove(scene.objects[name])
+    for name in others:
+        scene.objects[name].hide_set(False)
+    bpy.context.view_layer.objects.active = cube()
+    cube().select_set(True)
+    view.spaces.active.shading.type = "SOLID"
+    side.ui_type = "VIEW_3D"
+    yield 1.0
+
+
 def portrait() -> Steps:
     """Leave the picture of the manual: a head in EEVEE, its node, the sidebar after Measure This Material."""
     bpy.context.scene.render.engine = "BLENDER_EEVEE"
@@ -263,7 +358,7 @@ def portrait() -> Steps:
     with within(editor):
         bpy.ops.node.view_all()
         assert bpy.ops.true_diffuse.measure("EXEC_DEFAULT", True) == {"FINISHED"}
-    yield RENDERED
+    yield RENDERED["BLENDER_EEVEE"]
     picture("measured")
 
 
@@ -302,6 +397,7 @@ def walk() -> Steps:
         draw_in_real_time,
         convert,
         drag_an_asset,
+        use_characters,
         portrait,
         optimize_and_edit,
         save_and_reopen,
