@@ -9,10 +9,11 @@ import os
 import shlex
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from true_diffuse.scripts.release.package import build
 
 pytestmark = pytest.mark.gui
 
@@ -57,9 +58,7 @@ def test_window_is_clicked_through(blender: list[str]) -> None:
     shutil.rmtree(PICTURES / "walk", ignore_errors=True)
     folder = PICTURES / "walk"
     folder.mkdir(parents=True)
-    build = [sys.executable, str(ROOT / "scripts" / "release" / "package.py"), "--out", str(folder)]
-    subprocess.run(build, check=True, capture_output=True)
-    (package,) = folder.glob("*.zip")
+    package = build(folder)
     walk = Path(__file__).with_name("walk.py")
     options = ["--factory-startup", "--window-geometry", "0", "0", "1600", "1000", "--python", str(walk)]
     result = subprocess.run(
