@@ -38,6 +38,7 @@ STEPS = (
     "characters_converted",
     "characters_rough",
     "not_carried",
+    "gltf_options",
     "reverted",
     "measured",
     "optimized",

@@ -54,6 +54,12 @@ def within(place: bpy.types.Area) -> "bpy.types.ContextTempOverride":
     return bpy.context.temp_override(window=window(), area=place, region=region)
 
 
+def close_other_windows() -> None:
+    for other in bpy.context.window_manager.windows[1:]:
+        with bpy.context.temp_override(window=other):
+            bpy.ops.wm.window_close()
+
+
 def menu(place: bpy.types.Area, name: str) -> None:
     with within(place):
         bpy.ops.wm.call_menu(name=name)
@@ -169,9 +175,7 @@ def draw_in_real_time() -> Steps:
     scene.render.engine = "BLENDER_EEVEE"  # while it renders
     yield DRAWN
     picture("realtime_rendered")
-    for shown in [other for other in bpy.context.window_manager.windows if other != window()]:
-        with bpy.context.temp_override(window=shown):
-            bpy.ops.wm.window_close()
+    close_other_windows()
     scene.render.engine = "TRUE_DIFFUSE_REALTIME"
     yield 1.0
     for item in (*added, sun):
@@ -228,9 +232,7 @@ def drag_an_asset() -> Steps:
     picture("preferences")
     bpy.ops.true_diffuse.add_assets()
     yield 2.0
-    for other in bpy.context.window_manager.windows[1:]:
-        with bpy.context.temp_override(window=other):
-            bpy.ops.wm.window_close()
+    close_other_windows()
     yield 1.0
     with within(area("VIEW_3D")):
         bpy.ops.screen.area_split(direction="VERTICAL", factor=0.5)
@@ -316,6 +318,12 @@ def use_characters() -> Steps:
         assert bpy.ops.true_diffuse.check_exports("EXEC_DEFAULT", True) == {"FINISHED"}
     yield DRAWN
     picture("not_carried")
+    with within(view):
+        bpy.ops.export_scene.gltf("INVOKE_DEFAULT")
+    yield 3.0
+    picture("gltf_options")
+    close_other_windows()
+    yield 1.0
     yield from undo()
     assert not any(node.bl_idname == "ShaderNodeWireframe" for node in bpy.data.materials["Hide"].node_tree.nodes)
     with within(view):
