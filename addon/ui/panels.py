@@ -159,7 +159,8 @@ def draw_sockets(layout: bpy.types.UILayout, node: bpy.types.Node) -> None:
     for socket in node.inputs:
         panel = panels.get(socket.name, "")
         if panel not in bodies:
-            header, bodies[panel] = layout.panel(f"true_diffuse_sockets_{panel.lower()}", default_closed=True)
+            is_closed = panel != "Diffuse"  # which has Model and its roughness
+            header, bodies[panel] = layout.panel(f"true_diffuse_sockets_{panel.lower()}", default_closed=is_closed)
             header.label(text=panel)
         body = bodies[panel]
         if body is None:

@@ -283,9 +283,9 @@ def use_characters() -> Steps:
         scene.objects[name].select_set(True)
     bpy.context.view_layer.objects.active = scene.objects["Normal Map"]
     scene.render.engine = "TRUE_DIFFUSE_REALTIME"
-    side.ui_type = "PROPERTIES"
+    side.ui_type = "ShaderNodeTree"
     yield 1.0
-    side.spaces.active.context = "MATERIAL"
+    side.spaces.active.show_region_ui = True
     view.spaces.active.shading.type = "RENDERED"
     with within(view):
         bpy.ops.view3d.view_axis(type="FRONT")
@@ -298,6 +298,11 @@ def use_characters() -> Steps:
         assert bpy.ops.true_diffuse.convert("EXEC_DEFAULT", True) == {"FINISHED"}
     yield DRAWN
     assert {group_of(name) for name in materials} == {"Principled Rough Diffuse"}
+    sidebar = next(region for region in side.regions if region.type == "UI")
+    sidebar.active_panel_category = "True Diffuse"
+    with within(side):
+        bpy.ops.node.view_all()
+    yield 2.0
     picture("characters_converted")
     yield from undo()
     assert {group_of(name) for name in materials} == {""}
@@ -316,6 +321,10 @@ def use_characters() -> Steps:
     bpy.ops.ed.undo_push(message="Wireframe")
     with within(side):
         assert bpy.ops.true_diffuse.check_exports("EXEC_DEFAULT", True) == {"FINISHED"}
+    point(sidebar.x + sidebar.width // 2, window().height - (sidebar.y + sidebar.height // 2))
+    yield 1.0
+    for _ in range(40):  # down to Not Carried
+        mouse("click", 5)
     yield DRAWN
     picture("not_carried")
     with within(view):
