@@ -2,11 +2,12 @@
 """What panels draw of a material and cannot work out at every redraw, kept until Blender tells that a material changed."""
 
 from collections.abc import Callable, Hashable
+from typing import Any
 
 import bpy
 
 CHANGES = (bpy.types.Material, bpy.types.NodeTree, bpy.types.Image, bpy.types.Action)
-kept: dict[tuple[int, Hashable], object] = {}  # by a material's session_uid and what it is
+kept: dict[tuple[int, Hashable], Any] = {}  # by a material's session_uid and what it is
 
 
 def keep[T](material: bpy.types.Material, layer: bpy.types.ViewLayer, what: Hashable, work_out: Callable[[], T]) -> T:
@@ -18,7 +19,7 @@ def keep[T](material: bpy.types.Material, layer: bpy.types.ViewLayer, what: Hash
     key = (material.session_uid, what)
     if key not in kept:
         kept[key] = work_out()
-    return kept[key]  # ty: ignore[invalid-return-type] - `what` tells the type
+    return kept[key]
 
 
 @bpy.app.handlers.persistent
