@@ -29,6 +29,7 @@ SUN = Vector((0.5, -1.0, 0.6))
 
 def ball(shown: bpy.types.Material) -> bpy.types.Mesh:
     mesh, solid = bpy.data.meshes.new("Ball"), bmesh.new()
+    solid.loops.layers.uv.new("UVMap")
     bmesh.ops.create_uvsphere(solid, u_segments=64, v_segments=32, radius=1.0, calc_uvs=True)
     solid.to_mesh(mesh)
     solid.free()
@@ -249,7 +250,7 @@ def test_what_feeds_an_input_is_as_in_cycles() -> None:
     """All in one picture; to 2 %, as bumps are finite differences over a tenth of a pixel in both engines."""
     shown = [textured(kind) for kind in FED]
     scene = row(shown)
-    found = errors(radiance(scene, engines.REALTIME), radiance(scene, engines.CYCLES, 32), len(shown), 0.85)
+    found = errors(radiance(scene, engines.REALTIME), radiance(scene, engines.CYCLES, 64), len(shown), 0.85)
     assert max(found) < 0.02, dict(zip(FED, found, strict=True))
 
 
