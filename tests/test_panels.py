@@ -60,7 +60,8 @@ def test_panel_shows_the_sockets_a_plot_and_the_buttons(group, engine: str) -> N
 def test_panel_of_the_principled_has_its_panels_and_units() -> None:
     texts = drawn(materials.create("Material", PRINCIPLED)).texts
     assert {socket.panel for socket in PRINCIPLED.inputs if socket.panel} <= set(texts)
-    assert "Subsurface Scale [mm]" in texts and "Subsurface Radius" in texts  # the radius is relative, as Blender's is
+    assert "Scale [mm]" in texts and "Radius" in texts  # the radius is relative, as Blender's is
+    assert "Weight" in texts and "Subsurface Weight" not in texts  # in the panel Subsurface
 
 
 def test_panel_without_a_group_of_ours_offers_one() -> None:

@@ -385,6 +385,23 @@ def test_color_space_has_its_name_in_materialx(space: str, name: str) -> None:
     assert color_spaces.name(space) == (name, True)
 
 
+@pytest.mark.parametrize(
+    ("space", "name"),
+    [
+        ("sRGB", ("srgb_texture", True)),
+        ("Linear Rec.709", ("lin_rec709", True)),
+        ("ACEScg", ("acescg", True)),
+        ("AgX Log", ("srgb_texture", False)),
+    ],
+)
+def test_color_spaces_without_opencolorio_are_known_by_their_names(
+    space: str, name: tuple[str, bool], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bpy.data.images.new("Image", 1, 1).colorspace_settings.name = space  # the name is Blender's, or this raises
+    monkeypatch.setitem(sys.modules, "PyOpenColorIO", None)
+    assert color_spaces.name(space) == name and color_spaces.interop_id(space) == ""
+
+
 def test_color_space_that_materialx_lacks_is_said(tmp_path: Path) -> None:
     material = base_color_image(tmp_path)
     material.node_tree.nodes["Image Texture"].image.colorspace_settings.name = "Linear Rec.2020"

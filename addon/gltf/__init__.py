@@ -21,7 +21,9 @@ def draw(context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
     header.label(text=NAME)
     if body:
         settings = context.scene.true_diffuse
-        body.prop(settings, "bake")
+        row = body.row()
+        row.use_property_split = False  # else the label is cut
+        row.prop(settings, "bake")
         column = body.column()
         column.active = settings.bake
         column.prop(settings, "bake_resolution")

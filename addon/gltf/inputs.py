@@ -365,7 +365,7 @@ def _check_image(output: Place, is_color: bool) -> None:
         what = "an image of numbers, but glTF reads it as sRGB" if is_color else "in a color space, but glTF reads it as numbers"
         raise NotHeld(output, f"the image {image.name}, which is {what},")
     # the exporter turns colors of floating-point images into sRGB, and writes others as they are
-    if is_color and not image.is_float and color_spaces.name(space.name)[0] != color_spaces.SRGB:
+    if is_color and not image.is_float and color_spaces.name(space.name) != (color_spaces.SRGB, True):
         raise NotHeld(output, f"the color space {space.name} of the image {image.name}")
     _check_coordinates(output.input("Vector"))
 

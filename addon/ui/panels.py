@@ -2,7 +2,7 @@
 """Panels: Material properties > True Diffuse, the same in the Shader Editor's sidebar, and the error in Scene properties."""
 
 import textwrap
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import bpy
@@ -167,23 +167,22 @@ def draw_sockets(layout: bpy.types.UILayout, node: bpy.types.Node) -> None:
             continue
         row = body.column(align=True)
         row.active = not socket.is_inactive
+        name = socket.name.removeprefix(f"{panel} ")  # as Blender's Principled BSDF has it
+        if socket.name in lengths:
+            name += " [mm]"
         if socket.is_linked:
             source = socket.links[0].from_node
             split = row.split(factor=0.4)
-            name = split.row()
-            name.alignment = "RIGHT"
-            name.label(text=socket.name)
+            label = split.row()
+            label.alignment = "RIGHT"
+            label.label(text=name)
             split.label(text=source.label or source.name, icon="LINKED")
         elif socket.name == "Subsurface Radius":
-            row.label(text=_with_unit(socket, lengths))
+            row.label(text=name)
             for index, channel in enumerate(CHANNELS):
                 row.prop(socket, "default_value", index=index, text=channel)
         elif not socket.hide_value and hasattr(socket, "default_value"):
-            row.prop(socket, "default_value", text=_with_unit(socket, lengths))
-
-
-def _with_unit(socket: bpy.types.NodeSocket, lengths: Collection[str]) -> str:
-    return f"{socket.name} [mm]" if socket.name in lengths else socket.name
+            row.prop(socket, "default_value", text=name)
 
 
 def draw_plots(layout: bpy.types.UILayout, context: bpy.types.Context, summary: "MaterialSummary") -> None:

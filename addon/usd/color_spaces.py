@@ -2,9 +2,11 @@
 """The color spaces of images by their names in MaterialX 1.39, found by what Blender's OpenColorIO configuration computes.
 
 A studio's configuration may have any names. So a space is known by the linear Rec. 709 that it gives for a few colors, through the
-configuration's exchange roles, or where it lacks them through its scene_linear, taken for linear Rec. 709.
+configuration's exchange roles, or where it lacks them through its scene_linear, taken for linear Rec. 709. Some builds of Blender,
+as Debian's, lack Python's module of OpenColorIO: there the spaces of Blender's own configuration are known by their names.
 """
 
+import importlib.util
 import math
 import os
 from collections.abc import Callable, Mapping
@@ -66,10 +68,13 @@ SPACES: Mapping[str, tuple[Callable[[float], float], Rows]] = {
     "adobergb": (_gamma(563.0 / 256.0), ADOBE_TO_REC709),
     "lin_adobergb": (float, ADOBE_TO_REC709),
 }
+OF_BLENDER = {"sRGB": SRGB, "Linear Rec.709": "lin_rec709", "ACEScg": "acescg"}  # by the names in Blender's configuration
 
 
 def name(color_space: str) -> tuple[str, bool]:
     """Return the name in MaterialX of a color space of Blender's configuration, and whether that is it; else it is the nearest."""
+    if not _has_open_color_io():
+        return OF_BLENDER.get(color_space, SRGB), color_space in OF_BLENDER
     transform = _to_rec709(color_space)
     if transform is None:
         return SRGB, False
@@ -87,6 +92,8 @@ def name(color_space: str) -> tuple[str, bool]:
 
 def interop_id(color_space: str) -> str:
     """Return the name of a color space that color management systems share; empty where the configuration does not tell."""
+    if not _has_open_color_io():
+        return ""
     space = _current().getColorSpace(color_space)
     return space.getInteropID() if space else ""
 
@@ -98,9 +105,13 @@ def _configuration(path: str) -> "PyOpenColorIO.Config":
     return PyOpenColorIO.Config.CreateFromFile(path)
 
 
+def _has_open_color_io() -> bool:
+    bpy.utils.expose_bundled_modules()
+    return importlib.util.find_spec("PyOpenColorIO") is not None
+
+
 def _current() -> "PyOpenColorIO.Config":
     """Return the configuration that Blender has."""
-    bpy.utils.expose_bundled_modules()
     own = Path(bpy.utils.system_resource("DATAFILES")) / "colormanagement" / "config.ocio"
     path = os.environ.get("OCIO", "")
     return _configuration(path if path and Path(path).is_file() else str(own))
