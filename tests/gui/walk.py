@@ -12,8 +12,8 @@ import bpy
 package, folder = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
 CHARACTERS = Path(__file__).resolve().parents[1] / "assets"
 REPOSITORY = "walk"
-RENDERED = {"CYCLES": 20.0, "BLENDER_EEVEE": 40.0}  # seconds until a software driver has compiled and drawn the viewport
-DRAWN = 12.0  # the same for the realtime engine
+RENDERED = {"CYCLES": 10.0, "BLENDER_EEVEE": 30.0}  # seconds until a software driver has compiled and drawn the viewport
+DRAWN = 8.0  # the same for the realtime engine
 
 type Steps = Generator[float]
 
