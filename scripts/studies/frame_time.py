@@ -151,6 +151,8 @@ class Characters:
         self._cache = SceneCache()
         self._cache.update(layer.depsgraph)
         self._materials = dict(self._cache.materials)
+        for item in self._cache.items:  # the variants read no attributes
+            item.mesh.prepare(self._meshes[1.0], {item.slot: ()}, self._meshes[1.0].copy)
         width, height = (round(length * math.sqrt(share)) for length in self._resolution)
         camera = self.five.scene.camera.evaluated_get(layer.depsgraph)
         projection = camera.calc_matrix_camera(layer.depsgraph, x=width, y=height)

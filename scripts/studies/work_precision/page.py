@@ -56,8 +56,8 @@ HOW = (
     "Shaders are compiled once, in the first render of each material, which is in no curve. The driver's disk cache is off.",
     "EEVEE's Principled BSDF is its Diffuse BSDF where a surface is matt, so it is in the sphere alone, and its Diffuse BSDF "
     "ignores Roughness. In the characters and the face EEVEE ends at 64 samples, as 256 take minutes.",
-    "Realtime draws the models themselves, at one quality; it has no bounces, its world lights through everything, and what is not "
-    "a True Diffuse material it draws as Lambert. On the sphere all its samples are at the pixel's center, so that one is enough.",
+    "Realtime draws the models themselves, at one quality; it has no bounces, and its world lights through everything. On the "
+    "sphere all its samples are at the pixel's center, so that one is enough.",
     "Times hold for this machine alone. Compare choices, not machines.",
 )
 

@@ -112,7 +112,7 @@ def _group(engine: Engine, measured: MeasuredModel, quality: str | None, osl: bo
 
 
 def _own(engine: Engine) -> list[Variant]:
-    """Return Blender's own. EEVEE's Diffuse BSDF ignores its roughness, so there it is Lambert; Realtime takes all for Lambert."""
+    """Return Blender's own. EEVEE's Diffuse BSDF ignores its roughness, so there it is Lambert, as it is at 0 in Realtime."""
 
     def diffuse(roughness: float) -> Callable[[Paint], bpy.types.Material]:
         def make(paint: Paint) -> bpy.types.Material:
@@ -124,7 +124,7 @@ def _own(engine: Engine) -> list[Variant]:
         return make
 
     if engine is REALTIME:
-        return [Variant(engine, "Diffuse BSDF (Lambert)", diffuse(SIGMA))]
+        return [Variant(engine, "Diffuse BSDF (Lambert)", diffuse(0.0))]
     principled = Variant(engine, "Principled BSDF", lambda paint: _principled(paint, {"Diffuse Roughness": SIGMA}))
     if engine is EEVEE:
         return [Variant(engine, "Diffuse BSDF (Lambert)", diffuse(SIGMA)), principled]
