@@ -237,9 +237,13 @@ def test_lost_context_is_a_message_and_the_next_render_works(stage: Stage, monke
 
 def test_interrupted_render_is_a_message(stage: Stage, monkeypatch) -> None:
     stage.square()
-    with monkeypatch.context() as patch:
-        patch.setattr(renderer.Renderer, "read", lambda _: signal.raise_signal(signal.SIGINT))
-        assert "KeyboardInterrupt" in stage.refusal()
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's jobs in the background ignore it
+    try:
+        with monkeypatch.context() as patch:
+            patch.setattr(renderer.Renderer, "read", lambda _: signal.raise_signal(signal.SIGINT))
+            assert "KeyboardInterrupt" in stage.refusal()
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert stage.render().at(0.0) == gray(LIT)
 
 
