@@ -20,6 +20,12 @@ from true_diffuse.addon.models import MODELS, Formula
 USUAL = {"Roughness": 0.5, "IOR": 1.5}
 """Inputs of a node group by socket, which every model makes use of."""
 EXTREME = {"Roughness": 1.0, "IOR": 3.0}
+BSDF = {
+    "Diffuse": "ShaderNodeBsdfDiffuse",
+    "Principled": "ShaderNodeBsdfPrincipled",
+    "Subsurface": "ShaderNodeSubsurfaceScattering",
+}
+"""Blender's own nodes that convert takes."""
 every_model = pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
 
 SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
@@ -75,6 +81,31 @@ def node_dump(tree: bpy.types.NodeTree) -> list[object]:
 def formulas() -> list[Formula]:
     """Every registered formula, with usual and with extreme inputs."""
     return [model.reference(inputs) for model in MODELS.values() for inputs in (USUAL, EXTREME)]
+
+
+def show(*shown: bpy.types.Material) -> bpy.types.Object:
+    """Return a new plane with one face for each of the materials."""
+    mesh = bpy.data.meshes.new("Plane")
+    corners = [(x, y, 0.0) for x in range(len(shown) + 1) for y in (0.0, 1.0)]
+    mesh.from_pydata(corners, [], [(2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1) for i in range(len(shown))])
+    mesh.uv_layers.new(name="UVMap")
+    for material in shown:
+        mesh.materials.append(material)
+    for index, face in enumerate(mesh.polygons):
+        face.material_index = index
+    item = bpy.data.objects.new("Plane", mesh)
+    bpy.context.scene.collection.objects.link(item)
+    return item
+
+
+def bsdf(kind: str, name: str = "Mine", **inputs: object) -> tuple[bpy.types.Material, bpy.types.Node]:
+    """Return a new material without an output, and its only node, one of BSDF; sockets by name with _ for a space."""
+    made = bpy.data.materials.new(name)
+    made.node_tree.nodes.clear()
+    node = made.node_tree.nodes.new(BSDF[kind])
+    for socket, value in inputs.items():
+        node.inputs[socket.replace("_", " ")].default_value = value
+    return made, node
 
 
 class CountedProgress:

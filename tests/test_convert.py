@@ -8,16 +8,12 @@ import bpy
 
 import pytest
 
+from support import BSDF, bsdf
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.material import convert
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SUBSURFACE
 
-BSDF = {
-    "Diffuse": "ShaderNodeBsdfDiffuse",
-    "Principled": "ShaderNodeBsdfPrincipled",
-    "Subsurface": "ShaderNodeSubsurfaceScattering",
-}
 COLOR = (0.8, 0.4, 0.1, 1.0)
 
 pytestmark = pytest.mark.usefixtures("empty_file")
@@ -25,12 +21,8 @@ pytestmark = pytest.mark.usefixtures("empty_file")
 
 def material(kind: str, name: str = "Mine", **inputs) -> tuple[bpy.types.Material, bpy.types.Node]:
     """A material of one BSDF, and that node; sockets by name with _ for a space."""
-    made = bpy.data.materials.new(name)
+    made, node = bsdf(kind, name, **inputs)
     tree = made.node_tree
-    tree.nodes.clear()
-    node = tree.nodes.new(BSDF[kind])
-    for socket, value in inputs.items():
-        node.inputs[socket.replace("_", " ")].default_value = value
     tree.links.new(node.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
     return made, node
 

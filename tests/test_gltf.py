@@ -13,7 +13,7 @@ import bpy
 
 import pytest
 
-from support import Layout
+from support import Layout, show
 from true_diffuse.addon import gltf, glTF2ExportUserExtension, models
 from true_diffuse.addon.blender import fcurves, properties, report
 from true_diffuse.addon.material import materials
@@ -49,21 +49,6 @@ def hook() -> Iterator[None]:
     yield
     properties.unregister()
     bpy.context.preferences.addons.remove(addon)
-
-
-def show(*shown: bpy.types.Material) -> bpy.types.Object:
-    """Return a new plane with one face for each of the materials."""
-    mesh = bpy.data.meshes.new("Plane")
-    corners = [(x, y, 0.0) for x in range(len(shown) + 1) for y in (0.0, 1.0)]
-    mesh.from_pydata(corners, [], [(2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1) for i in range(len(shown))])
-    mesh.uv_layers.new(name="UVMap")
-    for material in shown:
-        mesh.materials.append(material)
-    for index, face in enumerate(mesh.polygons):
-        face.material_index = index
-    item = bpy.data.objects.new("Plane", mesh)
-    bpy.context.scene.collection.objects.link(item)
-    return item
 
 
 def rough(model: str, **inputs: object) -> bpy.types.Material:

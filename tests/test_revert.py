@@ -5,27 +5,18 @@ import bpy
 
 import pytest
 
-from support import node_dump
+from support import BSDF, bsdf, node_dump
 from true_diffuse.addon.material import convert, materials, revert
 from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 
-BSDF = {
-    "Diffuse": "ShaderNodeBsdfDiffuse",
-    "Principled": "ShaderNodeBsdfPrincipled",
-    "Subsurface": "ShaderNodeSubsurfaceScattering",
-}
 pytestmark = pytest.mark.usefixtures("empty_file")
 
 
 def material(kind: str, name: str = "Mine", **inputs) -> tuple[bpy.types.Material, bpy.types.Node]:
     """A material of one BSDF with a texture, a muted link and a frame, and that node; sockets by name with _ for a space."""
-    made = bpy.data.materials.new(name)
+    made, node = bsdf(kind, name, **inputs)
     tree = made.node_tree
-    tree.nodes.clear()
-    node = tree.nodes.new(BSDF[kind])
-    for socket, value in inputs.items():
-        node.inputs[socket.replace("_", " ")].default_value = value
     node.parent, node.location, node.label, node.width = tree.nodes.new("NodeFrame"), (12.0, 34.0), "Skin of mine", 300.0
     image, value = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeValue")
     tree.links.new(image.outputs["Color"], node.inputs[0])

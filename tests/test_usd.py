@@ -17,7 +17,7 @@ import bpy
 
 import pytest
 
-from support import every_model
+from support import every_model, show
 from true_diffuse.addon import models, usd
 from true_diffuse.addon.blender import report
 from true_diffuse.addon.material import materials, presets
@@ -81,21 +81,6 @@ def registered() -> Iterator[None]:
     report.take()
     yield
     usd.unregister()
-
-
-def show(*shown: bpy.types.Material) -> bpy.types.Object:
-    """Return a new plane with one face for each of the materials."""
-    mesh = bpy.data.meshes.new("Plane")
-    corners = [(x, y, 0.0) for x in range(len(shown) + 1) for y in (0.0, 1.0)]
-    mesh.from_pydata(corners, [], [(2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1) for i in range(len(shown))])
-    mesh.uv_layers.new(name="UVMap")
-    for material in shown:
-        mesh.materials.append(material)
-    for index, face in enumerate(mesh.polygons):
-        face.material_index = index
-    item = bpy.data.objects.new("Plane", mesh)
-    bpy.context.scene.collection.objects.link(item)
-    return item
 
 
 def export(path: Path, **options: object) -> Path:

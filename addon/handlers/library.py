@@ -10,6 +10,7 @@ from pathlib import Path
 import bpy
 
 from ..blender.extension import ASSET_FILE
+from ..blender.handlers import register_handlers_factory
 from ..blender.id_properties import BUILT_FINGERPRINT, GROUP_ID, SPECIALIZED_FOR
 
 
@@ -32,9 +33,4 @@ def share_groups(context: bpy.types.BlendImportContext) -> None:
                 break
 
 
-def register() -> None:
-    bpy.app.handlers.blend_import_post.append(share_groups)
-
-
-def unregister() -> None:
-    bpy.app.handlers.blend_import_post.remove(share_groups)
+register, unregister = register_handlers_factory((("blend_import_post", share_groups),))

@@ -3,6 +3,8 @@
 
 import bpy
 
+from ..blender.handlers import register_handlers_factory
+
 
 @bpy.app.handlers.persistent
 def drop_deleted(_scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph) -> None:
@@ -18,9 +20,4 @@ def drop_deleted(_scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph) -> No
 object_count = 0  # of the file at the last call
 
 
-def register() -> None:
-    bpy.app.handlers.depsgraph_update_post.append(drop_deleted)
-
-
-def unregister() -> None:
-    bpy.app.handlers.depsgraph_update_post.remove(drop_deleted)
+register, unregister = register_handlers_factory((("depsgraph_update_post", drop_deleted),))

@@ -7,6 +7,7 @@ optimized material the handlers import nothing but bpy.
 
 import bpy
 
+from ..blender.handlers import register_handlers_factory
 from ..blender.id_properties import SPECIALIZED_FOR
 
 ALWAYS = (bpy.types.Material, bpy.types.NodeTree, bpy.types.Action, bpy.types.Scene)
@@ -58,11 +59,4 @@ HANDLERS = (
 )
 
 
-def register() -> None:
-    for name, handler in HANDLERS:
-        getattr(bpy.app.handlers, name).append(handler)
-
-
-def unregister() -> None:
-    for name, handler in reversed(HANDLERS):
-        getattr(bpy.app.handlers, name).remove(handler)
+register, unregister = register_handlers_factory(HANDLERS)

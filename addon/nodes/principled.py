@@ -92,6 +92,16 @@ COAT_NORMAL = _direction("Coat Normal", "Normal of the coat; the surface's own w
 SHEEN_WEIGHT = _factor("Sheen Weight", "Weight of the sheen: dust and fibers on top", 0.0, "Sheen")
 SHEEN_ROUGHNESS = _factor("Sheen Roughness", "Roughness of the sheen", 0.5, "Sheen")
 SHEEN_TINT = _color("Sheen Tint", "Color of the sheen", panel="Sheen")
+COAT_AND_SHEEN = (
+    COAT_WEIGHT,
+    COAT_ROUGHNESS,
+    COAT_IOR,
+    COAT_TINT,
+    COAT_NORMAL,
+    SHEEN_WEIGHT,
+    SHEEN_ROUGHNESS,
+    SHEEN_TINT,
+)
 PRINCIPLED_SOCKETS: tuple[Socket, ...] = (
     BASE_COLOR,
     METALLIC,
@@ -121,14 +131,7 @@ PRINCIPLED_SOCKETS: tuple[Socket, ...] = (
     _factor("Anisotropic Rotation", "Turns the direction of elongation; 1 is a full turn", 0.0, "Specular"),
     _direction("Tangent", "Direction of elongation", "Specular"),
     TRANSMISSION,
-    COAT_WEIGHT,
-    COAT_ROUGHNESS,
-    COAT_IOR,
-    COAT_TINT,
-    COAT_NORMAL,
-    SHEEN_WEIGHT,
-    SHEEN_ROUGHNESS,
-    SHEEN_TINT,
+    *COAT_AND_SHEEN,
     _color("Emission Color", "Color of the emitted light", panel="Emission"),
     Socket("Emission Strength", FLOAT, "Strength of the emitted light", 0.0, 0.0, 1e6, panel="Emission"),
     Socket(
@@ -187,14 +190,7 @@ ABOVE = (
     IOR,
     LEVEL,
     TINT,
-    COAT_WEIGHT,
-    COAT_ROUGHNESS,
-    COAT_IOR,
-    COAT_TINT,
-    COAT_NORMAL,
-    SHEEN_WEIGHT,
-    SHEEN_ROUGHNESS,
-    SHEEN_TINT,
+    *COAT_AND_SHEEN,
 )
 
 

@@ -47,6 +47,12 @@ def scene_obstacle(context: bpy.types.Context) -> str:
     return "" if context.scene.is_editable else "The scene is linked from another file"
 
 
+def redraw(context: bpy.types.Context) -> None:
+    """Have all editors of the window drawn again: what they show of our own records has changed, which Blender does not see."""
+    for area in context.screen.areas if context.screen else ():
+        area.tag_redraw()
+
+
 def is_node_editor(context: bpy.types.Context) -> bool:
     return _editor(context) == "NODE_EDITOR"
 

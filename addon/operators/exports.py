@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 from .base import Operator
-from .context import material_of
+from .context import material_of, redraw
 
 if TYPE_CHECKING:
     from ..probe.exports import CarriedBy
@@ -44,8 +44,7 @@ def check(operator: Operator, context: bpy.types.Context, material: bpy.types.Ma
         return operator.cancel_with("This Blender has neither an exporter of USD nor of glTF")
     carried = f"{' and '.join(asked)} {'carry' if len(asked) > 1 else 'carries'} all of it"
     operator.report_with_notes(f"{material.name}: {'not all is carried' if notes else carried}", notes)
-    for area in context.screen.areas if context.screen else ():
-        area.tag_redraw()
+    redraw(context)
     return {"FINISHED"}
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 from .base import Operator
-from .context import material_of
+from .context import material_of, redraw
 
 if TYPE_CHECKING:
     from ..probe.measurement import Measurement
@@ -60,8 +60,7 @@ def measure(operator: Operator, context: bpy.types.Context, material: bpy.types.
         context.window_manager.progress_end()
     measurements[material.session_uid] = result
     operator.report({"INFO"}, result.text())
-    for area in context.screen.areas if context.screen else ():
-        area.tag_redraw()
+    redraw(context)
     return {"FINISHED"}
 
 

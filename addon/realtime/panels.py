@@ -22,18 +22,24 @@ EEVEE_PANELS = {  # of settings that the engine follows
 }
 
 
-class TRUE_DIFFUSE_PT_sampling(bpy.types.Panel):
-    """Samples of the realtime engine"""
+class RenderPanel:
+    """Base of the engine's panels of the Render properties."""
 
-    bl_label = "Sampling"
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "render"
-    COMPAT_ENGINES = {IDENTIFIER}
+    COMPAT_ENGINES = frozenset({IDENTIFIER})
+    layout: bpy.types.UILayout
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return context.engine in cls.COMPAT_ENGINES
+
+
+class TRUE_DIFFUSE_PT_sampling(RenderPanel, bpy.types.Panel):
+    """Samples of the realtime engine"""
+
+    bl_label = "Sampling"
 
     def draw(self, context: bpy.types.Context) -> None:
         self.layout.use_property_split = True
@@ -43,18 +49,14 @@ class TRUE_DIFFUSE_PT_sampling(bpy.types.Panel):
         column.prop(context.scene.true_diffuse, "samples", text="Render")
 
 
-class TRUE_DIFFUSE_PT_not_drawn(bpy.types.Panel):
+class TRUE_DIFFUSE_PT_not_drawn(RenderPanel, bpy.types.Panel):
     """What the last picture of the realtime engine lacks, and what it shows instead"""
 
     bl_label = "Not Drawn"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "render"
-    COMPAT_ENGINES = {IDENTIFIER}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.engine in cls.COMPAT_ENGINES and bool(not_drawn.messages(context.scene))
+        return super().poll(context) and bool(not_drawn.messages(context.scene))
 
     def draw(self, context: bpy.types.Context) -> None:
         width = max(20, int(context.region.width / (7.0 * context.preferences.system.ui_scale)))  # characters of a line

@@ -6,6 +6,8 @@ from typing import Any
 
 import bpy
 
+from ..blender.handlers import register_handlers_factory
+
 CHANGES = (bpy.types.Material, bpy.types.NodeTree, bpy.types.Image, bpy.types.Action)
 kept: dict[tuple[int, Hashable], Any] = {}  # by a material's session_uid and what it is
 
@@ -44,12 +46,9 @@ HANDLERS = (
 )
 
 
-def register() -> None:
-    for name, handler in HANDLERS:
-        getattr(bpy.app.handlers, name).append(handler)
+register, _unregister = register_handlers_factory(HANDLERS)
 
 
 def unregister() -> None:
-    for name, handler in reversed(HANDLERS):
-        getattr(bpy.app.handlers, name).remove(handler)
+    _unregister()
     kept.clear()

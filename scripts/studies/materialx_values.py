@@ -8,21 +8,16 @@ import inspect
 import math
 import random
 import struct
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import MaterialX as mx
 
 from true_diffuse.addon.material.expression import (
     Apply,
-    Attribute,
-    Bump,
     Coordinate,
     Curve,
     Expression,
-    ImageTexture,
-    NormalMap,
-    Point,
     apply,
     evaluate,
     triple,
@@ -33,6 +28,7 @@ from true_diffuse.addon.usd.compositions import COLORS
 from true_diffuse.addon.usd.expressions import Writer
 from true_diffuse.addon.usd.files import Files
 from true_diffuse.addon.usd.network import TOKEN, Network, Output
+from true_diffuse.addon.usd.points import Unknown
 from true_diffuse.scripts.studies import materialx_code
 
 POSITION = Coordinate("position")
@@ -53,26 +49,11 @@ TRIPLES: Mapping[str, tuple[Expression, ...]] = {
 
 
 @dataclass(frozen=True)
-class _At(Point):
+class _At(Unknown):
     position: Triple
 
     def coordinate(self, coordinate: Coordinate) -> Triple:
         return self.position
-
-    def uv(self, name: str) -> Triple:
-        raise LookupError(name)
-
-    def attribute(self, attribute: Attribute) -> Triple:
-        raise LookupError(attribute.name)
-
-    def image(self, texture: ImageTexture, coordinates: Triple) -> Triple:
-        raise LookupError(texture.image.name)
-
-    def normal_map(self, normal_map: NormalMap, color: Triple, strength: float) -> Triple:
-        raise LookupError("normal map")
-
-    def bump(self, bump: Bump, height: Callable[[Point], float], strength: float, distance: float, normal: Triple | None) -> Triple:
-        raise LookupError("bump")
 
 
 def cases() -> Iterator[tuple[str, Expression]]:
