@@ -51,6 +51,34 @@ except RuntimeError as error:
     print(error)
 """
 
+# Renders with a Grease Pencil object, after a render with Cycles too, and without it; prints what became of it.
+GREASE_PENCIL = f"""
+import sys
+sys.path.insert(0, {str(Path(checkout.__file__).parent)!r})
+import checkout, bpy
+from true_diffuse.addon import realtime
+from true_diffuse.addon.blender import properties
+bpy.ops.wm.read_factory_settings()
+properties.register()
+realtime.register()
+scene = bpy.context.scene
+scene.render.resolution_x = scene.render.resolution_y = 16
+scene.cycles.samples = 1
+bpy.ops.object.grease_pencil_add(type="STROKE")
+drawing = bpy.context.object
+for engine in ("TRUE_DIFFUSE_REALTIME", "CYCLES", "TRUE_DIFFUSE_REALTIME", ""):
+    if engine:
+        scene.render.engine = engine
+    else:
+        bpy.data.objects.remove(drawing)
+        scene.render.engine = "TRUE_DIFFUSE_REALTIME"
+    try:
+        bpy.ops.render.render()
+        print("rendered")
+    except RuntimeError as error:
+        print(error)
+"""
+
 # Prints the middle pixel of each part of an EXR file, with the package openimageio, in a process without bpy.
 LAYERS = """
 import sys, OpenImageIO as oiio
@@ -181,6 +209,14 @@ def test_without_a_graphics_driver_a_render_says_so() -> None:
         pytest.skip("this driver cannot be hidden")
     assert result.returncode == 0, result.stderr
     assert result.stdout.splitlines()[-2:] == ["Error: No graphics driver is found here", ""]
+
+
+def test_grease_pencil_leaves_a_graphics_context() -> None:
+    """Blender makes a context of its own to draw Grease Pencil, and takes the one that was there."""
+    result = subprocess.run([sys.executable, "-c", GREASE_PENCIL], capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    said = [line for line in result.stdout.splitlines() if line == "rendered" or "Error" in line]
+    assert said == ["rendered"] * 4, result.stderr
 
 
 def too_large(stage: Stage) -> None:

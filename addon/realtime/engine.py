@@ -16,12 +16,19 @@ class TrueDiffuseRealtime(bpy.types.RenderEngine):
 
     bl_idname = IDENTIFIER
     bl_label = "True Diffuse Realtime"
-    bl_use_gpu_context = not bpy.app.background  # in final renders, too; without a window final.py creates it
+    bl_use_gpu_context = not bpy.app.background  # in final renders, too; without a window `update` asks for it
     bl_use_eevee_viewport = True  # EEVEE draws Material Preview
     bl_use_shading_nodes_custom = False
     bl_use_preview = False
 
     _viewport: "Viewport | None" = None
+
+    def update(self, _data: bpy.types.BlendData, _depsgraph: bpy.types.Depsgraph) -> None:
+        """Have Blender hold a graphics context during `render` where there is a driver. Without one it would crash."""
+        from . import final
+
+        if not self.bl_use_gpu_context and final.has_driver():
+            self.bl_use_gpu_context = True  # of all renders to come
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Render the picture into Combined."""

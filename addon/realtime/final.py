@@ -58,7 +58,8 @@ def failure_message(error: BaseException) -> str:
 
 def _render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> None:
     """Render every view. Raises RenderError or DriverError."""
-    _ensure_driver()
+    if not engine.bl_use_gpu_context:  # see TrueDiffuseRealtime.update
+        raise RenderError("No graphics driver is found here")
     scene = depsgraph.scene
     layer = depsgraph.view_layer.name
     size, x, y, width, height = picture_frame(scene)
@@ -128,13 +129,10 @@ def _pixels(length: float) -> int:
     return int(struct.unpack("f", struct.pack("f", length))[0])
 
 
-def _ensure_driver() -> None:
-    """Create a graphics context where Blender runs without a window. Raises RenderError where there is no driver."""
-    if not bpy.app.background:
-        return
+def has_driver() -> bool:
+    """Return whether Blender finds a graphics driver; where it has drawn nothing yet, another process tries."""
     try:
         gpu.platform.renderer_get()
-    except SystemError as error:  # nothing has been drawn yet, and without a driver gpu.init would crash Blender
-        if not engines.eevee_runs_here():
-            raise RenderError("No graphics driver is found here") from error
-    gpu.init()
+    except SystemError:
+        return engines.eevee_runs_here()
+    return True
