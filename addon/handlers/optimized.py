@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Handlers that restore an optimized material when an edit makes its specialized tree wrong, and before each render.
 
-Examples are the edit of a socket, another engine, a light that is switched on, a camera that approaches. As long as a file has no
+Examples are the edit of a socket, another engine, a light that is switched on. As long as a file has no
 optimized material the handlers import nothing but bpy.
 """
 
@@ -11,7 +11,7 @@ from ..blender.handlers import register_handlers_factory
 from ..blender.id_properties import SPECIALIZED_FOR
 
 ALWAYS = (bpy.types.Material, bpy.types.NodeTree, bpy.types.Action, bpy.types.Scene)
-OBJECTS = (bpy.types.Object, bpy.types.Light, bpy.types.Camera)
+OBJECTS = (bpy.types.Object, bpy.types.Light)
 
 
 def _specialized_trees() -> list[bpy.types.NodeTree]:

@@ -16,10 +16,7 @@ from dataclasses import dataclass
 from .geometry import clamp
 from .medium import LONGEST, SHORTEST
 
-EDGE_WIDTH_25_75, EDGE_WIDTH_10_90 = (
-    1.633035806,
-    5.070191694,
-)  # in d: between these fractions of the light across the edge of a lit half-plane
+EDGE_WIDTH_25_75 = 1.633035806  # in d: between these fractions of the light across the edge of a lit half-plane
 DIFFUSE_MAP = (1.9, 3.5, 0.8)  # s(A) = 1.9 - A + 3.5 (A - 0.8)^2
 STEP = 0.125
 

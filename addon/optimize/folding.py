@@ -8,13 +8,12 @@ the group needs it. A closure too dark to be seen is a `NullClosure`.
 import json
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 
 import bpy
 
 from ..nodes.chosen_lights import LIGHTS, SLOTS
 from ..nodes.graph import NORMAL, Graph, Group, Operand, Socket, Value
-from ..nodes.subsurface import MEAN_FREE_PATH
 from . import arithmetic
 from .arithmetic import Plain
 
@@ -40,17 +39,17 @@ class Use:
     """A meter in the scene's units."""
     shining: tuple[bool, ...] = field(default=(True,) * SLOTS)
     """Whether the light in each slot of the chosen lights shines."""
-    flat: bool = False
-    """Whether the blur by subsurface scattering is invisible, so that it can be drawn as diffuse reflection."""
 
     def to_json(self) -> str:
         """Return all fields as JSON text, the same for equal uses."""
         return json.dumps(asdict(self), sort_keys=True)
 
     @classmethod
-    def from_json(cls, text: str) -> "Use":
-        """Return the use that `to_json` wrote as `text`."""
+    def from_json(cls, text: str) -> "Use | None":
+        """Return the use that `to_json` wrote as `text`, None where an earlier version wrote it with other fields."""
         values = json.loads(text)
+        if values.keys() != {own.name for own in fields(cls)}:
+            return None
         values["inputs"] = {name: tuple(value) if isinstance(value, list) else value for name, value in values["inputs"].items()}
         return cls(**values)
 
@@ -168,7 +167,7 @@ class ConstantFoldingGraph(Graph):
             return self._once(("input", socket.name), lambda: Graph.input(self, socket), socket.kind in VECTOR_SOCKETS)
         if isinstance(known, str):
             return Entry(self, known, socket)
-        return Constant(self, ZERO if self._use.flat and socket == MEAN_FREE_PATH else known)
+        return Constant(self, known)
 
     def in_eevee(self) -> Value:
         return self._scene_value("in_eevee", self._use.eevee)

@@ -80,9 +80,9 @@ def invalidate(scene: bpy.types.Scene | None) -> int:
         if text is None or owner.library:
             continue
         use = Use.from_json(text)
-        valid = has_inputs(use, owner, node)
-        if valid:
-            violating = [other for other in ([scene] if scene else bpy.data.scenes) if not holds_in(use, owner, other)]
+        valid = use is not None and has_inputs(use, owner, node)
+        if use and valid:
+            violating = [other for other in ([scene] if scene else bpy.data.scenes) if not holds_in(use, other)]
             if violating:
                 users = users or bpy.data.user_map()
                 valid = set(violating).isdisjoint(scenes_of(owner, users))
@@ -94,9 +94,9 @@ def invalidate(scene: bpy.types.Scene | None) -> int:
 
 
 def depends_on_objects(tree: bpy.types.ShaderNodeTree) -> bool:
-    """Return whether a change of a light, an object or a camera can make a specialized tree wrong."""
+    """Return whether a change of a light can make a specialized tree wrong."""
     use = Use.from_json(tree[SPECIALIZED_FOR])
-    return use.flat or not all(use.shining)
+    return use is not None and not all(use.shining)
 
 
 def group_of(node: bpy.types.Node) -> Group:
@@ -173,7 +173,8 @@ def _problem(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Scen
     group = group_of(node)
     if owner.library:
         text = node.node_tree.get(SPECIALIZED_FOR)
-        wrong = text is not None and not all(holds_in(Use.from_json(text), owner, scene) for scene in scenes)
+        use = Use.from_json(text) if text else None
+        wrong = text and not (use and all(holds_in(use, scene) for scene in scenes))
         return f"linked from {owner.library.filepath}" + (", where it was optimized for another use" if wrong else "")
     if owner.override_library:
         return "a library override"

@@ -45,8 +45,6 @@ def reasons(key: str, use: Use) -> Iterator[str]:
     if key == SUBSURFACE.key:
         if weight is not None and weight < NEGLIGIBLE:
             yield "scattering (Subsurface is 0)"
-        elif use.flat:
-            yield "scattering (it blurs less than half a pixel)"
         if weight is not None and weight > 1.0 - NEGLIGIBLE:
             yield "rough reflection (Subsurface is 1)"
         if specular is not None and specular < NEGLIGIBLE:

@@ -9,11 +9,8 @@ import bpy
 from ..blender.engines import EEVEE, uses_osl
 from ..closures.quality import CHOSEN_LIGHTS
 from ..nodes import chosen_lights
-from ..nodes.graph import key_and_version
 from ..nodes.rough_diffuse import QUALITY
-from ..nodes.subsurface import COLOR, MEAN_FREE_PATH, SCALE, SUBSURFACE, WEIGHT
 from .arithmetic import Plain
-from .blur import is_flat
 from .folding import Use
 
 type Owner = bpy.types.Material | bpy.types.ShaderNodeTree  # where a group's node is: a material, or a group of the artist
@@ -94,18 +91,7 @@ def use_of(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Scene]
         osl=_common(map(uses_osl, scenes)),
         meter=_common(map(meter, scenes)),
         shining=shining,
-        flat=key_and_version(node)[0] == SUBSURFACE.key and _is_flat(inputs, owner, scenes),
     )
-
-
-def _is_flat(inputs: Mapping[str, Plain | str], owner: Owner, scenes: Sequence[bpy.types.Scene], now: bool = False) -> bool:
-    """Return whether the blur by the group Subsurface is invisible in all `scenes`; `now` as for `blur.is_flat`."""
-    length, scale, color = (inputs.get(socket.name) for socket in (MEAN_FREE_PATH, SCALE, COLOR))
-    if inputs.get(WEIGHT.name) == 0.0 or not isinstance(owner, bpy.types.Material):
-        return False
-    if not isinstance(length, tuple) or not isinstance(scale, float) or isinstance(color, str):
-        return False  # linked or animated, so of any length
-    return all(is_flat(scene, owner, [meter(scene) * 0.001 * scale * x for x in length], color, now) for scene in scenes)
 
 
 def _common[T](values: Iterable[T]) -> T | None:
@@ -119,15 +105,14 @@ def has_inputs(use: Use, owner: Owner, node: bpy.types.Node) -> bool:
     return json.dumps(use.inputs, sort_keys=True) == json.dumps(constant_inputs(owner, node), sort_keys=True)  # NaN equals NaN
 
 
-def holds_in(use: Use, owner: Owner, scene: bpy.types.Scene) -> bool:
+def holds_in(use: Use, scene: bpy.types.Scene) -> bool:
     """Return whether `use` is true of `scene` as it is now."""
     if any(
         constant is not None and constant != current(scene)
         for constant, current in ((use.eevee, in_eevee), (use.osl, uses_osl), (use.meter, meter))
     ):
         return False
-    if not all(use.shining):
-        dark = [light for light, shining in zip(chosen_lights.slots(), use.shining, strict=True) if not shining]
-        if any(shines(light, scene) for light in dark):
-            return False
-    return not use.flat or _is_flat(use.inputs, owner, [scene], now=True)
+    if all(use.shining):
+        return True
+    dark = [light for light, shining in zip(chosen_lights.slots(), use.shining, strict=True) if not shining]
+    return not any(shines(light, scene) for light in dark)
