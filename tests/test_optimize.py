@@ -21,7 +21,7 @@ from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group, chosen_lights
 from true_diffuse.addon.optimize import arithmetic
-from true_diffuse.addon.optimize.materials import OptimizedNode, invalidate, optimize_materials, remove_unused, restore_materials
+from true_diffuse.addon.optimize.materials import invalidate, optimize_materials, remove_unused, restore_materials
 from true_diffuse.scenes.sphere import SphereUnderSun, sphere_under_sun
 
 pytestmark = pytest.mark.usefixtures("empty_file")
