@@ -50,7 +50,7 @@ def value(socket):
         return f"{sources[0].source.GetPrim().GetName()}.{sources[0].sourceName}"
     result = socket.Get()
     return list(result) if hasattr(result, "__len__") and not isinstance(result, str) else getattr(result, "path", result)
-seen = {"metersPerUnit": UsdGeom.GetStageMetersPerUnit(stage), "materials": {}, "bound": {}}
+seen = {"metersPerUnit": UsdGeom.GetStageMetersPerUnit(stage), "materials": {}, "bound": {}, "subsets": {}}
 for prim in stage.Traverse():
     if prim.IsA(UsdShade.Material):
         shaders = {}
@@ -67,6 +67,9 @@ for prim in stage.Traverse():
         }
     elif prim.IsA(UsdGeom.Mesh):
         seen["bound"][prim.GetName()] = UsdShade.MaterialBindingAPI(prim).GetDirectBinding().GetMaterialPath().name
+    elif prim.IsA(UsdGeom.Subset):
+        name = UsdShade.MaterialBindingAPI(prim).GetDirectBinding().GetMaterialPath().name
+        seen["subsets"].setdefault(prim.GetParent().GetName(), {})[name] = list(UsdGeom.Subset(prim).GetIndicesAttr().Get())
 print(json.dumps(seen))
 """
 
@@ -406,15 +409,45 @@ def test_names_that_usd_changes_or_makes_equal(tmp_path: Path) -> None:
     seen = inspect(export(tmp_path / "names.usda"))
     groups = [seen["materials"][seen["bound"][item.data.name.replace(".", "_")]]["group"] for item in bpy.data.objects[:6]]
     assert groups == [group.key for group in kinds]
-    own = seen["materials"][seen["bound"]["Plane_006"]]["group"] is None
-    assert own or [line for line in report.take() if line.startswith("True Diffuse: a/b: has the same name as")]
+    assert seen["materials"][seen["bound"]["Plane_006"]]["group"] is None
+    assert len(seen["materials"]) == 7 and report.take() == []
     assert check(tmp_path / "names.usda")[0]["problems"] == []
 
 
-def test_materials_of_equal_names_on_one_mesh_are_reported(tmp_path: Path) -> None:
-    show(materials.create("a b", ROUGH_DIFFUSE), materials.create("a.b", SUBSURFACE))
+def painted(name: str, folder: Path) -> bpy.types.Material:
+    """Return a material of ours with an image in a file of its own."""
+    material = materials.create(name, ROUGH_DIFFUSE)
+    link_image(material, "Color", picture(folder / f"{len(bpy.data.materials)}.png"))
+    return material
+
+
+@pytest.mark.parametrize("options", [{}, {"allow_unicode": False}, {"generate_preview_surface": False}], ids=["", "ascii", "mtlx"])
+def test_materials_of_equal_names_keep_their_faces_and_images(options: dict[str, bool], tmp_path: Path) -> None:
+    """The faces of a mesh, one for each material, and a mesh for each; a material of Blender's is among them."""
+    names = ("m²", "m½", "m_", "n")
+    made = [painted(names[0], tmp_path), bpy.data.materials.new(names[1]), *(painted(name, tmp_path) for name in names[2:])]
+    show(*made)
+    for material in made:
+        show(material)
+    seen = inspect(export(tmp_path / "names.usda", **options))
+    bound = [seen["bound"][f"Plane_{index:03}"] for index in range(1, 5)]
+    assert len(set(bound)) == 4
+    assert [seen["subsets"]["Plane"][name] for name in bound] == [[0], [1], [2], [3]]
+    assert [seen["materials"][name]["group"] for name in bound] == ["rough_diffuse", None, "rough_diffuse", "rough_diffuse"]
+    for index in (0, 2, 3):
+        shaders = seen["materials"][bound[index]]["shaders"].values()
+        assert {values["file"] for values in shaders if "file" in values} == {f"./textures/{index + 1}.png"}
+    shown = {name: seen["materials"][name]["outputs"]["surface"].partition(".")[0] for name in bound}
+    assert {shader == "previewShader" for shader in shown.values()} == {"generate_preview_surface" in options}
+    assert report.take() == []
+
+
+def test_materials_of_equal_names_on_faces_that_modifiers_change_are_reported(tmp_path: Path) -> None:
+    item = show(materials.create("a b", ROUGH_DIFFUSE), materials.create("a.b", SUBSURFACE))
+    item.modifiers.new("", "TRIANGULATE")
     export(tmp_path / "names.usda")
-    assert [line for line in report.take() if "has the same name as" in line]
+    (line,) = report.take()
+    assert "has the same name as a" in line and line.endswith("in USD, and is replaced by it on Plane")
 
 
 def test_missing_texture_and_broken_link(tmp_path: Path) -> None:

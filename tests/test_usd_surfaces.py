@@ -338,6 +338,83 @@ def test_uv_maps_and_attributes_have_the_names_of_the_mesh(options: dict[str, bo
     assert not [line for line in found["Named"]["lines"] if "lacks" in line]
 
 
+def reading(material_name: str, folder: Path, uv_map: str) -> bpy.types.Material:
+    """Return a material of ours whose color is an image on the UV map of a name."""
+    material = materials.create(material_name, ROUGH_DIFFUSE)
+    source, uv = image_node(material, folder, "color"), new(material, "UVMap", uv_map=uv_map)
+    link(uv.outputs["UV"], source.inputs["Vector"])
+    link(source.outputs["Color"], group_node(material)[0].inputs["Color"])
+    return material
+
+
+@pytest.mark.parametrize(
+    ("options", "uv_maps", "expected"),
+    [
+        ({}, ("UVMap",), ("st",)),
+        ({}, ("a²", "a½"), ("st", "a_")),
+        ({}, ("Zoë", "Zo_"), ("st", "Zo_")),
+        ({}, ("²a", "\N{ARABIC-INDIC DIGIT THREE}", "1a"), ("st", "_", "_1a")),
+        ({"allow_unicode": False}, ("st", "Zoë", "e\N{COMBINING ACUTE ACCENT}"), ("st", "Zo_", "e_")),
+        ({"rename_uvmaps": False}, ("UVMap", "st"), ("UVMap", "st")),
+        ({"rename_uvmaps": False}, ("Zoë", "Zo_"), ("Zoë", "Zo_")),
+        ({"rename_uvmaps": False, "allow_unicode": False}, ("Zoë", "a½"), ("Zo_", "a_")),
+    ],
+)
+def test_each_uv_map_is_read_by_the_name_that_it_has_in_the_stage(
+    options: dict[str, bool], uv_maps: tuple[str, ...], expected: tuple[str, ...], tmp_path: Path
+) -> None:
+    """Materials that read one map each, on meshes that have all; what is in no identifier (XID) is an underscore."""
+    for index, name in enumerate(uv_maps):
+        show(reading(f"M{index}", tmp_path, name), *uv_maps)
+    found = export(tmp_path / "names.usda", **options)
+    for index, name in enumerate(expected):
+        assert read_by(found[f"M{index}"]["outputs"], "geomprop") == {name}
+        assert read_by(found[f"M{index}"]["outputs"], "varname") == {name}
+        assert found[f"M{index}"]["lines"] == []
+
+
+def test_uv_maps_that_have_one_name_in_usd_are_said(tmp_path: Path) -> None:
+    """Blender writes the second over the first."""
+    show(reading("First", tmp_path, "a²"), "UVMap", "a²", "a½")
+    show(reading("Second", tmp_path, "a½"), "UVMap", "a²", "a½")
+    found = export(tmp_path / "names.usda")
+    (line,) = found["First"]["lines"]
+    assert line == "the UV map a², which has the name of a½ in USD on Plane, is not supported, a½ is read there"
+    assert found["Second"]["lines"] == []
+
+
+def test_unnamed_color_attribute_is_the_one_that_renders_and_never_the_viewports_color(tmp_path: Path) -> None:
+    """A mesh without one is black, although Blender writes the viewport's color as displayColor."""
+    for name, attributes in (("Own", ("Color", "Other")), ("None", ())):
+        material = materials.create(name, ROUGH_DIFFUSE)
+        link(new(material, "VertexColor").outputs["Color"], group_node(material)[0].inputs["Color"])
+        mesh = show(material)
+        for attribute in attributes:
+            mesh.color_attributes.new(attribute, "BYTE_COLOR", "CORNER")
+    bpy.data.meshes[0].color_attributes.render_color_index = 1
+    found = export(tmp_path / "colors.usda")
+    for key in ("geomprop", "varname"):
+        assert read_by(found["Own"]["outputs"], key) == {"Other"}
+        assert read_by(found["None"]["outputs"], key) == {"Color"}
+    lacks = "the active color attribute, which Plane_001 lacks, is not supported, black or zero is read there"
+    assert lacks in found["None"]["lines"] and lacks not in found["Own"]["lines"]
+
+
+def test_instances_of_one_prototype_have_their_names(tmp_path: Path) -> None:
+    show(reading("M²", tmp_path, "UVMap"))
+    collection = bpy.data.collections.new("Planes")
+    collection.objects.link(bpy.context.object)
+    bpy.context.scene.collection.objects.unlink(bpy.context.object)
+    for name in "ab":
+        empty = bpy.data.objects.new(name, None)
+        empty.instance_type, empty.instance_collection = "COLLECTION", collection
+        bpy.context.scene.collection.objects.link(empty)
+    show(reading("M½", tmp_path, "UVMap"))
+    found = export(tmp_path / "instances.usda", use_instancing=True)
+    for name in ("M_", "M__001"):
+        assert read_by(found[name]["outputs"], "geomprop") == {"st"} and found[name]["lines"] == []
+
+
 def test_missing_uv_map_is_said(tmp_path: Path) -> None:
     material = mapped_image(tmp_path)
     show(material)

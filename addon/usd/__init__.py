@@ -10,7 +10,8 @@ baking.py               images in place of what the networks lack
 affine.py               coordinates that are a UV map moved, turned and scaled
 network.py              a shading network as plain values
 color_spaces.py         images' color spaces by their names in MaterialX
-primvars.py, names.py   names of UV maps, attributes and materials in the stage; need pxr
+shapes.py               what Blender wrote, and how it names it; primvars.py: the names of UV maps and attributes; need pxr
+separate.py             materials whose names are equal in the stage; needs pxr
 author.py               networks and nodes -> prims, and back; needs pxr
 restore.py              prims -> a Blender material; version_0_1_0.py: from files of that version; need pxr
 """

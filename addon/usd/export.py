@@ -26,11 +26,12 @@ from ..nodes.graph import key_and_version
 from . import author, baking, color_spaces, materialx, preview, primvars
 from .files import Files, ImageFile
 from .network import Primvar
+from .separate import VIEWPORT_SHADER, holders_of, separate
+from .shapes import Written, shapes_of, spellings
 
 type ExportTexture = Callable[[bpy.types.Image], str]
 
 KEYS = {group.key for group in GROUPS}
-VIEWPORT_SHADER = "previewShader"  # what Blender writes instead of a UsdPreviewSurface where that is not asked for
 OCCLUSION_GROUPS = ("glTF Material Output", "glTF Settings")  # of Blender's glTF importer
 MATERIAL_SETTINGS = ("surface_render_method", "use_backface_culling", "use_transparency_overlap", "displacement_method")
 OPAQUE = 0.999
@@ -49,11 +50,56 @@ class Export:
     paths: dict[str, str] = field(default_factory=dict)
     """In the stage, by full name of the image."""
 
-    def write(self, material: bpy.types.Material, usd_material: UsdShade.Material, export_texture: ExportTexture) -> bool:
-        """Write both networks and the nodes of a material; returns False where it holds no group of True Diffuse."""
+    _by_name: dict[str, list[bpy.types.Material]] = field(default_factory=dict)
+    """The materials of the file by their names in the stage."""
+
+    def add(self, material: bpy.types.Material, usd_material: UsdShade.Material, export_texture: ExportTexture) -> bool:
+        """Write a material where it holds a group of True Diffuse; returns whether it does.
+
+        The images of other materials of its name are written, too: Blender writes none when it calls the hook for those.
+        """
+        if not self._by_name:
+            for one in bpy.data.materials:
+                for name in spellings(one.name):
+                    self._by_name.setdefault(name, []).append(one)
+        others = [one for one in self._by_name.get(usd_material.GetPrim().GetName(), ()) if one.name_full != material.name_full]
+        for other in others:
+            if other.users and other.node_tree and (shown(material) or shown(other)):
+                for name in node_record.image_names(node_record.record(other.node_tree)):
+                    self._path(name, export_texture)
         target = shown(material)
-        if target is None:
+        if target:
+            self._write(material, usd_material, export_texture, target)
+        return target is not None
+
+    def finish(self, written: Written) -> bool:
+        """Separate materials of equal names, give UV maps and attributes the names that they have in the stage, and report what the
+        materials lack; returns whether there was any of ours.
+        """
+        holders = holders_of(written)
+        items = [item for items in written.values() for item in items if isinstance(item, bpy.types.Object)]
+        lost = {slot.material for item in items for slot in item.material_slots if slot.material} - set(holders.values())
+        if not self.requests and not any(map(shown, lost)):
             return False
+        shapes = shapes_of(self.stage, written)
+        if separate(self.stage, shapes, holders, self._write_later):
+            shapes = shapes_of(self.stage, written)
+        for path, (names, losses) in primvars.settle(self.stage, shapes, self.requests).items():
+            material, messages = self.messages[path]
+            messages += map(str, losses)
+            author.write_names(self.stage.GetPrimAtPath(path), names, messages)
+            for message in messages:
+                report.add(material, message)
+        return True
+
+    def _write_later(self, material: bpy.types.Material, usd_material: UsdShade.Material) -> None:
+        """Write a material, of ours or not, whose images are written already."""
+        self._write(material, usd_material, lambda _: "", shown(material) or TARGETS[0])
+
+    def _write(
+        self, material: bpy.types.Material, usd_material: UsdShade.Material, export_texture: ExportTexture, target: str
+    ) -> None:
+        """Write both networks and the nodes of a material, of its surface for `target`."""
         stage, path = self.stage, usd_material.GetPath()
         reading = baking.read(material, scale_length(), target)
         losses = [*reading.losses, *_other_tangents(reading, material)]
@@ -75,16 +121,6 @@ class Export:
         images = {name: self._path(name, export_texture) for name in node_record.image_names(nodes)}
         author.write_nodes(usd_material, reading.surface, nodes, {name: path for name, path in images.items() if path})
         self.messages[path] = material.name, [*map(str, dict.fromkeys(losses)), *reading.notes]
-        return True
-
-    def finish(self, written: primvars.Written) -> None:
-        """Give UV maps and attributes the names that they have in the stage, and report what the materials lack."""
-        for path, (names, losses) in primvars.settle(self.stage, written, self.requests).items():
-            material, messages = self.messages[path]
-            messages += map(str, losses)
-            author.write_names(self.stage.GetPrimAtPath(path), names, messages)
-            for message in messages:
-                report.add(material, message)
 
     # images
 

@@ -6,7 +6,6 @@ export or import goes on, the material stays as Blender makes it, and a message 
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 import bpy
@@ -50,9 +49,7 @@ class TRUE_DIFFUSE_USD_hook(bpy.types.USDHook):
 
     @staticmethod
     def on_material_export(context: MaterialExport, material: bpy.types.Material, usd_material: "UsdShade.Material") -> bool:
-        return _guarded(
-            material.name, lambda: _export_of(context.get_stage()).write(material, usd_material, context.export_texture)
-        )
+        return _guarded(material.name, lambda: _export_of(context.get_stage()).add(material, usd_material, context.export_texture))
 
     @staticmethod
     def on_export(context: SceneExport) -> bool:
@@ -95,20 +92,11 @@ def _export_of(stage: "Usd.Stage") -> "Export":
 
 def _finish(stage: "Usd.Stage", written: Mapping["Sdf.Path", Sequence[bpy.types.ID]]) -> bool:
     """Separate materials of equal names, and settle the names of UV maps and attributes; returns whether there was any."""
-    from .names import separate
-
     export = _export_of(stage)
     try:
-        separate(stage, written, partial(export.write, export_texture=_no_texture))
-        export.finish(written)
-        return bool(export.requests)
+        return export.finish(written)
     finally:
         del _exports[stage.GetRootLayer().identifier]
-
-
-def _no_texture(_image: bpy.types.Image) -> str:
-    """Return no path: Blender no longer writes images when it calls hooks with the whole stage."""
-    return ""
 
 
 def import_material(
