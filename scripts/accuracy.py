@@ -222,7 +222,7 @@ def main() -> int:
     options = parser.parse_args(script_arguments())
     if options.out.is_dir():
         parser.error(f"{options.out} is a folder")
-    return run_script(parser.prog, options.out.parent, partial(measure, options))
+    return run_script(parser.prog, options.out.parent, partial(measure, options), name=options.out.name)
 
 
 def _what(key: str) -> str:

@@ -156,21 +156,25 @@ def compare(options: Namespace, output: OutputFolder, terminal: Terminal) -> Non
     terminal.say(f"Wrote {', '.join(written)} to {options.out}")
 
 
-def job_spec(options: Namespace, engines: Sequence[str], choices: Mapping[str, "Choice"]) -> "JobSpec":
-    """Return what the options ask for of the five characters or the face. Raises BadInput where a character's file is not there."""
+def job_spec(options: Namespace, engines: Sequence[str], choices: Mapping[str, "Choice"]) -> tuple["JobSpec", tuple[Path, ...]]:
+    """Return what the options ask for of the five characters or the face, and all files that the characters need.
+
+    Raises BadInput where one of these is missing.
+    """
     from true_diffuse.scripts.studies.comparison import face, five
 
     defaults = SCENES[options.scene].samples
+    characters, files = inputs.checked_characters(options.characters)
     asked: dict[str, Any] = {
-        "characters": inputs.checked_characters(options.characters),
+        "characters": characters,
         "engines": tuple(engines),
         "samples": {key: choices[key].samples if key in choices else options.samples or defaults[key] for key in engines},
         "resolution": options.resolution,
         "optimize": options.optimize,
     }
     if options.scene == "face":
-        return face.JobSpec(**asked)
-    return five.JobSpec(
+        return face.JobSpec(**asked), files
+    spec = five.JobSpec(
         **asked,
         frames=options.frames or (None,),
         sigmas=options.sigmas,
@@ -180,6 +184,7 @@ def job_spec(options: Namespace, engines: Sequence[str], choices: Mapping[str, "
         configurations={key: five.Configuration(choice.quality, choice.osl) for key, choice in choices.items()},
         **({"chunk": options.chunk} if options.chunk else {}),
     )
+    return spec, files
 
 
 def write_job(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
@@ -187,11 +192,12 @@ def write_job(options: Namespace, output: OutputFolder, terminal: Terminal) -> N
     load_bpy()
     from true_diffuse.scripts.farm import bundle, comparison
 
-    spec = job_spec(options, options.engines, {})
+    spec, files = job_spec(options, options.engines, {})
     document = {"study": options.scene, "spec": asdict(spec), "options": vars_of(options)}
     description = f"{len(spec.characters)} characters, {len(spec.frames)} frames, {', '.join(spec.engines)}"
     results = None if options.out == OUT else options.out
-    bundle.write(f"True Diffuse, scene {options.scene}", description, document, comparison.steps(spec), results, output, terminal)
+    name = f"True Diffuse, scene {options.scene}"
+    bundle.write(name, description, document, comparison.steps(spec), files, results, output, terminal)
 
 
 def compare_five(options: Namespace, chosen: list["Engine"], output: OutputFolder, terminal: Terminal) -> Found:
@@ -249,7 +255,7 @@ def _render(
     from true_diffuse.scripts.studies.comparison.base import Collected
     from true_diffuse.scripts.studies.comparison.outcomes import Outcomes
 
-    spec = job_spec(options, [engine.key for engine in chosen], choices)
+    spec, _ = job_spec(options, [engine.key for engine in chosen], choices)
     renderer, collected, chunks = of(spec, chosen), Collected(), list(spec.chunks())
     with terminal.progress(sum(spec.work(item) for chunk in chunks for item in chunk)) as progress:
         for chunk in chunks:

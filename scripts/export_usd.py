@@ -19,7 +19,7 @@ import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, end, script_arguments
 from true_diffuse.scripts.cli.inputs import number
 from true_diffuse.scripts.cli.outputs import OutputFolder
-from true_diffuse.scripts.cli.startup import load_character, run_script, start_blender
+from true_diffuse.scripts.cli.startup import load_character, open_scene, run_script, start_blender
 
 if TYPE_CHECKING:
     import bpy
@@ -33,7 +33,7 @@ ALBEDO = 0.8  # of the five characters' lightest paint
 def main() -> int:
     """Run the script; returns the exit status."""
     options = parse(script_arguments())
-    return run_script("export_usd.py", options.out.parent, partial(export, options))
+    return run_script("export_usd.py", options.out.parent, partial(export, options), name=options.out.name)
 
 
 def parse(arguments: list[str]) -> Namespace:
@@ -110,11 +110,7 @@ def _scene(options: Namespace, say: Callable[[str], None]) -> "bpy.types.Scene":
     if options.scene not in BUILT:
         if not Path(options.scene).is_file():
             raise BadInput(f"there is no file {options.scene}")
-        try:
-            bpy.ops.wm.open_mainfile(filepath=str(Path(options.scene).resolve()), load_ui=False, use_scripts=False)
-        except RuntimeError as error:
-            raise BadInput(f"Blender cannot open {options.scene}: {' '.join(str(error).split())}") from error
-        return bpy.context.scene
+        return open_scene(Path(options.scene), say)
     from true_diffuse.scenes import five_characters
     from true_diffuse.scripts.characters import face
 

@@ -59,6 +59,7 @@ def main() -> int:
 def report(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
     """Measure what is not measured yet, write everything into `output` and publish it."""
     engines = start_blender(options.engine, terminal)
+    inputs.checked_characters(options.character)
     from true_diffuse.addon.probe.environment import environment
     from true_diffuse.scripts.studies.work_precision import document
     from true_diffuse.scripts.studies.work_precision import journal as journals
@@ -91,13 +92,13 @@ def write_job(options: Namespace, output: OutputFolder, terminal: Terminal) -> N
     from true_diffuse.scripts.farm import bundle
     from true_diffuse.scripts.farm.report import JobSpec, steps
 
-    characters = inputs.checked_characters(options.character)
+    characters, files = inputs.checked_characters(options.character)
     hard_inputs = not options.quick and find_spec("mpmath") is not None
     spec = JobSpec(characters, options.engine, options.scene, options.quick, hard_inputs)
     document = {"study": "report", "spec": asdict(spec)}
     description = f"{', '.join(options.scene)} in {', '.join(options.engine)}, {len(characters)} characters"
     name = "True Diffuse, error against run time"
-    bundle.write(name, description, document, steps(spec), options.out, output, terminal)
+    bundle.write(name, description, document, steps(spec), files, options.out, output, terminal)
 
 
 def measure(options: Namespace, engines: list["Engine"], journal: "Journal", terminal: Terminal) -> None:

@@ -11,6 +11,7 @@ import json
 import os
 import signal
 import sys
+import tempfile
 from argparse import Namespace
 from collections.abc import Callable
 from pathlib import Path
@@ -19,7 +20,9 @@ from typing import TYPE_CHECKING, Any
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
-from true_diffuse.scripts.cli.console import BAD_INPUT, BadInput, Parser, Show, Terminal, end, script_arguments
+from true_diffuse.scripts.characters import reading
+from true_diffuse.scripts.cli import process
+from true_diffuse.scripts.cli.console import BadInput, Parser, Show, Terminal, end, say_error, say_stopped, script_arguments
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import NO_SHADER_CACHE, start_blender
 from true_diffuse.scripts.farm import worker
@@ -38,16 +41,30 @@ PARAMETERS = ("character", "frame", "engine", "look", "scene", "seed", "variant"
 def main() -> int:
     """Run the script; returns the exit status: 1 where a task failed, 2 for what the user can fix."""
     options = parse(script_arguments())
+    room = process.room()
     try:
+        if room is None and not options.session:  # where it is to read files itself, which may make Blender crash
+            return in_second_process()
         COMMANDS[options.command](options)
     except WorkError as error:
         print(*error.details, f"openjd_fail: {error}", sep="\n", flush=True)
         return 1
     except BadInput as error:
         print(f"openjd_fail: {error}", flush=True)
-        print(f"task.py: error: {error}", file=sys.stderr)
-        return BAD_INPUT
+        return say_error("task.py", str(error))
     return 0
+
+
+def in_second_process() -> int:
+    """Do the same in a process of its own; returns its exit status."""
+    with tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder:
+        try:
+            ended = process.again(Path(folder))
+        except process.Stopped as stopped:
+            return say_stopped("task.py", "run it again to go on from here", stopped.number)
+    if isinstance(ended, str):
+        raise WorkError(ended)
+    return ended
 
 
 def parse(arguments: list[str]) -> Namespace:
@@ -124,6 +141,7 @@ def serve(options: Namespace) -> None:
     if hasattr(signal, "pthread_sigmask"):  # whoever started the session may have blocked it
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    reading.supervised(options.session / worker.NOTE)
     # a terminal that is not entered, as the output of this process is a log already
     worker.serve(options.session, options.keeper, request_handler(options, Terminal()))
 

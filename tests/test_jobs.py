@@ -95,7 +95,7 @@ def test_characters_are_files_patterns_and_what_is_included(tmp_path: Path, monk
 
 def test_bundle_passes_open_job_descriptions_checks(tmp_path: Path) -> None:
     for name in ("one.glb", "two.glb"):
-        (tmp_path / name).write_bytes(b"glTF")
+        (tmp_path / name).write_text('{"asset": {"version": "2.0"}}')
     job = ordered(tmp_path, "--character", "*.glb", "monkey", "--frames", "1-20", "--chunk", "8")
     assert sorted(path.name for path in job.iterdir()) == [
         "asset_references.json",

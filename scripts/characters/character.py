@@ -16,7 +16,9 @@ import bpy
 import bmesh
 from mathutils import Vector
 
-from true_diffuse.scenes.subject import WHITE, Figure, check, figure, points_of, stand, standing
+from true_diffuse.scenes.subject import WHITE, WITH_FACES, Figure, check, figure, points_of, stand, standing
+from true_diffuse.scripts.characters import dependencies, reading
+from true_diffuse.scripts.characters.dependencies import Dependencies
 from true_diffuse.scripts.characters.human import human_mesh
 
 MONKEY_COLOR = (0.55, 0.36, 0.22)
@@ -31,8 +33,8 @@ class CharacterError(Exception):
 def load(character: str, say: Say = print) -> bpy.types.Mesh:
     """Return the mesh for "human", "monkey" or the path of a .blend, .usd, .usda, .usdc, .usdz, .glb, .gltf or .obj file.
 
-    `say` is told in a line what of a file is not shown. Raises CharacterError where there is no such file, it cannot be read, or it
-    holds no faces.
+    `say` is told in a line what of a file is not shown. Raises CharacterError where there is no such file, it cannot be read, it
+    holds no faces, or a file that it needs is missing.
     """
     return load_frames(character, (None,), say)[None]
 
@@ -60,7 +62,7 @@ def load_frames[Frame: int | None](character: str, frames: Sequence[Frame], say:
 def load_figures[Frame: int | None](path: Path, frames: Sequence[Frame], say: Say) -> dict[Frame, Figure]:
     """Return what a character's file shows at each of `frames` as it is: all of its meshes with their materials.
 
-    Frames are as in `load_frames`, and so are scale and place. Raises CharacterError as `load` does, and where an image is missing.
+    Frames are as in `load_frames`, and so are scale and place. Raises CharacterError as `load` does.
     """
     figures = {}
     with _imported(path, say) as file:
@@ -69,7 +71,6 @@ def load_figures[Frame: int | None](path: Path, frames: Sequence[Frame], say: Sa
             depsgraph = file.scene.view_layers[0].depsgraph
             figures[frame] = figure(depsgraph, partial(_is_rendered, _visible(file.scene)), say)
             file.kept += {part.mesh for part in figures[frame].parts}
-        _check_images(path, {material for one in figures.values() for material in one.materials if material})
     matrix = None
     for frame, one in figures.items():
         points = list(one.points)
@@ -169,9 +170,10 @@ COMPRESSIONS = {"draco": "Draco", "meshopt": "meshopt"}
 
 @dataclass
 class _File:
-    """What a file holds while its meshes are made: the `scene` that is shown, and the meshes that are `kept` of it."""
+    """What a file holds while its meshes are made: the `scene` that is shown, what it needs, the meshes that are `kept` of it."""
 
     scene: bpy.types.Scene
+    needs: Dependencies
     kept: list[bpy.types.Mesh] = field(default_factory=list)
 
 
@@ -179,22 +181,102 @@ class _File:
 def _imported(path: Path, say: Say) -> Generator[_File]:
     """Yield a file once it is imported; afterwards remove all of it but the meshes kept. Raises CharacterError.
 
-    Scripts in it do not run, nor do Python expressions of its drivers.
+    Scripts in it do not run, nor do Python expressions of its drivers, nor its nodes of Open Shading Language.
     """
     bpy.context.preferences.filepaths.use_scripts_auto_execute = False
     before = {scene: set(scene.objects) for scene in bpy.data.scenes}
+    blocks = set(bpy.data.user_map())
     kept: list[bpy.types.Mesh] = []
-    try:
+    with reading.limited(path):
         try:
-            scenes = IMPORTERS[path.suffix.lower()](path)
-        except (OSError, RuntimeError) as error:
-            raise CharacterError(f"cannot read {path}: {importer_reason(error)}") from error
-        _check_libraries(path)
-        file = _File(_scene_with_faces(path, scenes, say))
-        kept = file.kept
-        yield file
-    finally:
-        _remove_imported(before, kept)
+            named = _named(path, say)
+            with _readable(path):
+                scenes = IMPORTERS[path.suffix.lower()](path.absolute())
+            loaded = bpy.data.user_map().keys() - blocks
+            scene = _scene_with_faces(path, scenes, say)
+            others = dependencies.of_loaded(_shown(scene), loaded, path.absolute())
+            _check_dependencies(path, others, say)
+            _remove_scripts(path, loaded, say)
+            file = _File(scene, dependencies.joined((named, others)))
+            kept = file.kept
+            yield file
+        finally:
+            _remove_imported(before, kept)
+
+
+def open_blend(path: Path, say: Say) -> bpy.types.Scene:
+    """Open a .blend file in place of what is open, and return its scene, in the window: the open one, or if empty one with faces.
+
+    Scripts in it do not run. `say` is told in a line which of several scenes it is. Raises CharacterError as `load` does.
+    """
+    with reading.limited(path):
+        with _readable(path):
+            bpy.ops.wm.open_mainfile(filepath=str(path.resolve()), load_ui=False, use_scripts=False)
+        first = bpy.context.scene
+        scenes = dict.fromkeys((first, *bpy.data.scenes))
+        scene = _scene_with_faces(path, {scene: scene.name for scene in scenes}, say) if not first.objects else first
+        loaded = bpy.data.user_map().keys()
+        _check_dependencies(path, dependencies.of_loaded(scene.objects, loaded, path.resolve()), say)
+    bpy.context.window.scene = scene
+    return scene
+
+
+def needs(character: str) -> tuple[Path, ...]:
+    """Return the files that a character's file needs beside itself. Raises CharacterError as `load` does.
+
+    A file of a format that names them is not imported for that.
+    """
+    path = check_file(character)
+    if path.suffix.lower() in (".blend", ".obj"):
+        with _imported(path, _unsaid) as file:
+            return file.needs.files
+    with reading.limited(path):
+        return _named(path, _unsaid).files
+
+
+def _unsaid(_line: str) -> None:
+    """Say nothing: it is said where the file is shown."""
+
+
+def _named(path: Path, say: Say) -> Dependencies:
+    """Return the files that a file names. Raises CharacterError where it cannot be read or one that it needs is missing."""
+    with _readable(path):
+        named = dependencies.of_file(path.absolute())
+    _check_dependencies(path, named, say)
+    return named
+
+
+def _check_dependencies(path: Path, found: Dependencies, say: Say) -> None:
+    """Raise CharacterError where a file is missing that a character needs; say which are missing otherwise."""
+    if found.missing:
+        more = f" ({len(found.missing)} such files)" if len(found.missing) > 1 else ""
+        raise CharacterError(f"{path} needs {found.missing[0]}, which does not exist{more}")
+    for name in found.spared:
+        say(f"{path.name} names {name}, which does not exist; nothing shown needs it")
+
+
+@contextmanager
+def _readable(path: Path) -> Generator[None]:
+    """Raise CharacterError for whatever a reader fails of."""
+    try:
+        yield
+    except Exception as error:  # of many kinds, as damage may be anywhere
+        raise CharacterError(f"cannot read {path}: {importer_reason(error)}") from error
+
+
+def _shown(scene: bpy.types.Scene) -> Iterator[bpy.types.Object]:
+    """Yield the objects of a scene that are or bring what is shown of it: what has faces, and instances of collections."""
+    return (item for item in _visible(scene) if item.type in WITH_FACES or item.instance_type == "COLLECTION")
+
+
+def _remove_scripts(path: Path, loaded: Collection[bpy.types.ID], say: Say) -> None:
+    """Remove the nodes with Open Shading Language, which can write files."""
+    trees = {getattr(block, "node_tree", None) or block for block in loaded}
+    for tree in trees:
+        for node in list(tree.nodes) if isinstance(tree, bpy.types.ShaderNodeTree) else ():
+            if node.bl_idname == "ShaderNodeScript":
+                tree.nodes.remove(node)
+                say(f"{path.name} has a Script node, which does not run")
 
 
 def importer_reason(error: Exception) -> str:
@@ -207,32 +289,6 @@ def importer_reason(error: Exception) -> str:
         last = [line for line in lines if not line.startswith("Location:")][-1]
         return f"its importer failed ({last})"
     return lines[0].removeprefix("Error: ") if lines else "its importer gave no reason"
-
-
-def _check_libraries(path: Path) -> None:
-    """Raise CharacterError where a file that the character links to is not there."""
-    for library in bpy.data.libraries:
-        linked = Path(bpy.path.abspath(library.filepath))
-        if not linked.is_file():
-            raise CharacterError(f"{path} links to {linked}, which does not exist")
-
-
-def _check_images(path: Path, materials: Collection[bpy.types.Material]) -> None:
-    """Raise CharacterError where an image that the materials show is not there."""
-    waiting: list[bpy.types.NodeTree] = [material.node_tree for material in materials if material.node_tree]
-    seen: set[bpy.types.NodeTree] = set()
-    while waiting:
-        tree = waiting.pop()
-        if tree in seen:
-            continue
-        seen.add(tree)
-        for node in tree.nodes:
-            inner, image = getattr(node, "node_tree", None), getattr(node, "image", None)
-            waiting += [inner] if inner else []
-            if image and image.source == "FILE" and not image.packed_file:
-                file = Path(bpy.path.abspath(image.filepath, library=image.library))
-                if not file.is_file():
-                    raise CharacterError(f"{path} shows the image {file}, which does not exist")
 
 
 def _scene_with_faces(path: Path, scenes: Mapping[bpy.types.Scene, str], say: Say) -> bpy.types.Scene:
@@ -317,5 +373,8 @@ def _remove_imported(before: Mapping[bpy.types.Scene, Collection[bpy.types.Objec
     for mesh in meshes:
         mesh.use_fake_user = True
     bpy.data.orphans_purge(do_recursive=True)
+    used = {block.library for block in bpy.data.user_map()}
+    for library in [library for library in bpy.data.libraries if library not in used]:
+        bpy.data.libraries.remove(library)
     for mesh in meshes:
         mesh.use_fake_user = False

@@ -6,12 +6,10 @@ Progress is a bar in a terminal where the package rich is installed, which it is
 
 import argparse
 import os
-import signal
 import sys
 import tempfile
-import threading
 from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import NoReturn, Self
@@ -25,6 +23,7 @@ except ImportError:
 from true_diffuse.scripts.studies.comparison.outcomes import WorkError
 
 BAD_INPUT = 2  # exit status for anything the user can fix
+CLOSED_PIPE = 128 + 13  # exit status of programs that SIGPIPE ends
 LOG_LINES = 40  # of Blender's output that are shown after a crash of the script
 
 type Show = Callable[[float, str], None]  # is told how far long work is [%], and with what
@@ -41,10 +40,21 @@ class Parser(argparse.ArgumentParser):
         print(f"{self.prog}: error: {' '.join(message.split())}", file=sys.stderr)
         sys.exit(BAD_INPUT)
 
+    def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
+        if message:
+            self._print_message(message, sys.stderr)
+        end(status)
+
 
 def end(status: int) -> NoReturn:
     """End the process with an exit status. Blender does not write what Python still holds for stdout."""
-    sys.stdout.flush()
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes it once more
+        if not isinstance(error, BrokenPipeError):
+            sys.exit(say_error(Path(sys.argv[0]).name, f"cannot write to standard output: {error.strerror}"))
+        sys.exit(CLOSED_PIPE)
     sys.exit(status)
 
 
@@ -55,26 +65,22 @@ def script_arguments() -> list[str]:
     return sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
 
 
-def stop_cleanly(clean: Callable[[], None], left: str) -> None:
-    """From now on let an interrupt (Ctrl-C) or a request to end run `clean`, say what is `left`, and end the process at once.
+def one_line(text: str) -> str:
+    """Return a text in one line, whatever names of files are in it."""
+    return "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in text)
 
-    Python's own handlers would wait until Blender's render is done, so a thread waits for the signals. Where a system cannot block
-    signals (Windows), an interrupt takes effect after the render.
-    """
-    if not hasattr(signal, "pthread_sigmask"):
-        return
-    signals = {signal.SIGINT, signal.SIGTERM}
-    signal.pthread_sigmask(signal.SIG_BLOCK, signals)
-    terminal = os.dup(2)
 
-    def wait() -> None:
-        number = signal.sigwait(signals)
-        clean()
-        show_cursor = "\033[?25h" if os.isatty(terminal) else ""
-        os.write(terminal, f"{show_cursor}\n{Path(sys.argv[0]).name}: stopped, {left}\n".encode())
-        os._exit(128 + number)
+def say_error(prog: str, message: str) -> int:
+    """Say in one line what is wrong that the user can fix; return the exit status."""
+    print(f"{prog}: error: {one_line(message)}", file=sys.stderr)
+    return BAD_INPUT
 
-    threading.Thread(target=wait, daemon=True).start()
+
+def say_stopped(prog: str, left: str, number: int) -> int:
+    """Say that a signal of this number has stopped the work and what is `left` of it; return the exit status."""
+    show_cursor = "\033[?25h" if sys.stderr.isatty() else ""
+    print(f"{show_cursor}\n{prog}: stopped, {left}", file=sys.stderr)
+    return 128 + number
 
 
 class Terminal:
@@ -99,15 +105,21 @@ class Terminal:
         for descriptor, saved in zip((1, 2), self._saved, strict=True):
             os.dup2(saved, descriptor)
             os.close(saved)
-        self.out.close()
+        with suppress(OSError):  # it was said, or nobody reads it
+            self.out.close()
         if isinstance(error, Exception) and not isinstance(error, (BadInput, WorkError)):
             self._log.seek(0)
             print("Blender's last words:", *self._log.read().decode(errors="replace").splitlines()[-LOG_LINES:], sep="\n")
         self._log.close()
 
     def say(self, text: str) -> None:
-        """Print one line."""
-        print(text, file=self.out)
+        """Print one line. Ends the process where nobody reads on, as of head; raises BadInput where it cannot be written."""
+        try:
+            print(text, file=self.out)
+        except BrokenPipeError:
+            sys.exit(CLOSED_PIPE)
+        except OSError as error:
+            raise BadInput(f"cannot write to standard output: {error.strerror}") from error
 
     def table(self, title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         """Print rows of text under `columns`: the first two are words, the others figures."""

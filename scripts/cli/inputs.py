@@ -13,6 +13,7 @@ from pathlib import Path
 from true_diffuse.scripts.cli.console import BadInput
 
 MOST_FRAMES = 100_000
+LONGEST_NAME = 100  # bytes of a character's name, which is a part of files' names
 RANGE = re.compile(r"(-?\d+)(?:-(-?\d+)(?::(\d+))?)?")
 
 
@@ -92,7 +93,7 @@ def named_characters(given: Sequence[str], included: Collection[str]) -> dict[st
             found += matching
     named: dict[str, str] = {}
     for who in dict.fromkeys(found):
-        stem = re.sub(r"[^\w.-]+", "_", Path(who).stem) or "character"
+        stem = re.sub(r"[^\w.-]+", "_", Path(who).stem).encode()[:LONGEST_NAME].decode(errors="ignore").lstrip(".-") or "character"
         name, again = stem, 2
         while name in named:
             name, again = f"{stem}_{again}", again + 1
@@ -100,18 +101,19 @@ def named_characters(given: Sequence[str], included: Collection[str]) -> dict[st
     return named
 
 
-def checked_characters(given: Sequence[str]) -> dict[str, str]:
-    """Return what `named_characters` does, having looked whether every file is there. Raises BadInput."""
+def checked_characters(given: Sequence[str]) -> tuple[dict[str, str], tuple[Path, ...]]:
+    """Return what `named_characters` does, and all files that these need, having looked whether they are there. Raises BadInput."""
     from true_diffuse.scripts.characters import character
 
     named = named_characters(given, character.INCLUDED)
+    files: dict[Path, None] = {}
     try:
         for who in named.values():
             if who not in character.INCLUDED:
-                character.check_file(who)
+                files |= dict.fromkeys((Path(who), *character.needs(who)))
     except character.CharacterError as error:
         raise BadInput(str(error)) from error
-    return named
+    return named, tuple(files)
 
 
 def _full(path: Path) -> str:

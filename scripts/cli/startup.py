@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What every script does around its own work: options of the same kind, errors, an empty Blender, the engines that run here."""
 
-import sys
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from true_diffuse.scripts.cli.console import BAD_INPUT, BadInput, Terminal, stop_cleanly
+from true_diffuse.scripts.cli import process
+from true_diffuse.scripts.cli.console import BadInput, Terminal, say_error, say_stopped
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.studies.comparison.outcomes import WorkError
 
 if TYPE_CHECKING:
-    from bpy.types import Mesh
+    from bpy.types import Mesh, Scene
 
     from true_diffuse.addon.blender.engines import Engine
 
@@ -22,19 +22,29 @@ NO_SHADER_CACHE = {"MESA_SHADER_CACHE_DISABLE": "true", "__GL_SHADER_DISK_CACHE"
 NODE_ENGINES = ("eevee", "cycles")  # that render what the groups' nodes say
 
 
-def run_script(prog: str, folder: Path, work: Callable[[OutputFolder, Terminal], None], left: str = "nothing written") -> int:
-    """Do `work` in a terminal, its files staged for `folder`; return the exit status, having said what went wrong if so.
+def run_script(
+    prog: str, folder: Path, work: Callable[[OutputFolder, Terminal], None], left: str = "nothing written", name: str = ""
+) -> int:
+    """Do `work` in a process of its own, its files staged for `folder`; return the exit status, having said what went wrong if so.
 
-    `left` is what an interrupt leaves, in words.
+    `left` is what an interrupt leaves, in words. `name` is of the one file that is written to the folder, where it is one.
     """
+    room = process.room()
     try:
-        with OutputFolder(folder) as output:
-            stop_cleanly(output.discard, left)
+        with OutputFolder(folder, name, room) as output:
+            if room is None:
+                ended = process.again(output.folder.parent)
+                if isinstance(ended, int):
+                    return ended
+                raise BadInput(ended)
             with Terminal() as terminal:
                 work(output, terminal)
+    except process.Stopped as stopped:
+        return say_stopped(prog, left, stopped.number)
     except (BadInput, WorkError) as error:
-        print(f"{prog}: error: {error}", file=sys.stderr)
-        return BAD_INPUT
+        return say_error(prog, str(error))
+    except OSError as error:  # of the disk or a file, not of the code
+        return say_error(prog, f"{error.strerror}: {error.filename}" if error.filename else str(error))
     except Exception:
         traceback.print_exc()  # as Blender does, but its own exit status would be 0
         return 1
@@ -57,6 +67,19 @@ def load_character(who: str, say: Callable[[str], None] = print) -> "Mesh":
 
     try:
         return character.load(who, say)
+    except character.CharacterError as error:
+        raise BadInput(str(error)) from error
+
+
+def open_scene(path: Path, say: Callable[[str], None]) -> "Scene":
+    """Open a .blend file, and return the scene to show of it, in the window; raises BadInput where that fails.
+
+    Scripts in it do not run. `say` is told in a line what is missing that nothing shown needs, and which of several scenes it is.
+    """
+    from true_diffuse.scripts.characters import character
+
+    try:
+        return character.open_blend(path, say)
     except character.CharacterError as error:
         raise BadInput(str(error)) from error
 

@@ -7,7 +7,10 @@ needs nothing of the checkout and gives the same figures while that goes on. A s
 
 import hashlib
 import json
+import os
+import shlex
 import shutil
+import subprocess
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -59,19 +62,20 @@ def write(
     description: str,
     document: Mapping[str, Any],
     steps: Sequence[Step],
+    files: Sequence[Path],
     results: Path | None,
     output: OutputFolder,
     terminal: Terminal,
 ) -> None:
     """Write the bundle of the job `document`, with a step that collects after the others, and say how to run it.
 
-    Results go to the folder `results`, or where None is given to the bundle's own. Raises BadInput where the bundle's folder holds
-    something or cannot be written.
+    `files` are those of the characters and all that they need. Results go to the folder `results`, or where None is given to the
+    bundle's own. Raises BadInput where the bundle's folder holds something or cannot be written.
     """
     import bpy
 
     folder = output.target
-    if [path for path in folder.iterdir() if path.resolve() != output.folder]:
+    if output.others():
         raise BadInput(f"job folder {folder} exists and is not empty")
     results = results and results.absolute()
     blender = _text("Blender", bpy.app.binary_path, "Blender to render with; nothing for the module bpy of Python")  # which has ""
@@ -104,9 +108,8 @@ def write(
         "steps": [_step(step) for step in (*steps, collect)],
     }
     values = [{"name": "OutputDir", "value": str(results)}] if results else []
-    files = [who for who in document["spec"]["characters"].values() if Path(who).is_absolute()]
     assets = {
-        "inputs": {"filenames": files, "directories": []},
+        "inputs": {"filenames": [str(file) for file in files], "directories": []},
         "outputs": {"directories": [str(results)] if results else []},
         "referencedPaths": [],
     }
@@ -119,8 +122,10 @@ def write(
     except OSError as error:
         raise BadInput(f"cannot write to job folder {folder}: {error.strerror}") from error
     output.publish()
-    given = f" -p OutputDir={results}" if results else ""
-    terminal.say(f"Wrote the job to {folder}. To run it here: openjd run {folder / 'template.json'}{given}")
+    path = str(folder / "template.json")
+    command = ["openjd", "run", f"./{path}" if path.startswith("-") else path, *(["-p", f"OutputDir={results}"] if results else [])]
+    quoted = subprocess.list2cmdline(command) if os.name == "nt" else shlex.join(command)
+    terminal.say(f"Wrote the job to {folder}. To run it here: {quoted}")
 
 
 def _write(path: Path, document: Mapping[str, Any]) -> None:

@@ -46,7 +46,7 @@ def main() -> int:
     parser = Parser(prog="scaling.py", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("scaling.json"), metavar="FILE", help="default: scaling.json")
     options = parser.parse_args(script_arguments())
-    return run_script(parser.prog, options.out.parent, partial(scaling, options))
+    return run_script(parser.prog, options.out.parent, partial(scaling, options), name=options.out.name)
 
 
 def scaling(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:

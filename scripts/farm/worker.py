@@ -18,11 +18,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
 
+from true_diffuse.scripts.characters import reading
 from true_diffuse.scripts.cli.console import Show
 from true_diffuse.scripts.farm.results import write_whole
 from true_diffuse.scripts.studies.comparison.outcomes import WorkError
 
 ADDRESS, LOG = "worker.json", "worker.log"
+NOTE = "worker.reading"  # the file that it is reading
 START_SECONDS = 300.0  # a cold Blender on a slow disk, and the question whether EEVEE runs, which starts another
 IDLE_SECONDS = 900.0  # until a worker that nobody asks ends
 LOOK_SECONDS = 2.0  # between looks whether the session still lives
@@ -123,7 +125,9 @@ def ask(session: Path, request: Request, show: Show) -> list[str]:
                 if "done" in answer:
                     return answer["done"]
                 show(answer["percent"], answer["text"])
-    raise ConnectionResetError(f"Blender ended in the middle of it: {last_words(session)}")
+    file = reading.read_last(session / NOTE)
+    where = f"while it read {file}" if file else f"in the middle of it: {last_words(session)}"
+    raise ConnectionResetError(f"Blender ended {where}")
 
 
 def end(session: Path) -> None:

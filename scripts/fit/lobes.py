@@ -208,7 +208,7 @@ def main() -> int:
     options = parser.parse_args(script_arguments())
     if options.out.is_dir():
         parser.error(f"{options.out} is a folder")
-    return run_script(parser.prog, options.out.parent, partial(write, options))
+    return run_script(parser.prog, options.out.parent, partial(write, options), name=options.out.name)
 
 
 def write(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
