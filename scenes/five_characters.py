@@ -9,6 +9,7 @@ import bpy
 
 from mathutils import Matrix, Vector
 
+from ..addon.blender import color_spaces
 from ..addon.material import materials
 from ..addon.models import MODELS, Lambert, Model, OrenNayar, Specular
 from ..addon.models.registry import DEFAULT
@@ -173,7 +174,7 @@ def pose(stage: FiveCharacters, figure: Figure) -> None:
 def _scene(resolution: tuple[int, int]) -> bpy.types.Scene:
     scene = bpy.data.scenes.new("True Diffuse Five Characters")
     scene.render.resolution_x, scene.render.resolution_y = resolution
-    scene.view_settings.view_transform = "Standard"
+    color_spaces.show_plainly(scene)
     scene.cycles.max_bounces = 4
     return scene
 

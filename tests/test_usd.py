@@ -528,6 +528,21 @@ def test_import_of_damaged_custom_data(changes: dict[str, str], messages: list[s
         assert values(bpy.data.materials[0])["Color"] == COLOR
 
 
+def test_material_keeps_blenders_nodes_where_ours_cannot_be_built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def rebuild(tree: bpy.types.NodeTree, *_: object) -> list[str]:
+        tree.nodes.clear()
+        raise ValueError("half built")
+
+    show(rough("EON"))
+    export(tmp_path / "one.usda")
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    monkeypatch.setattr("true_diffuse.addon.usd.restore.rebuild_nodes", rebuild)
+    bpy.ops.wm.usd_import(filepath=str(tmp_path / "one.usda"))
+    output = bpy.data.materials[0].node_tree.get_output_node("ALL")
+    assert output.inputs["Surface"].links[0].from_node.bl_idname == "ShaderNodeBsdfPrincipled"
+    assert report.take() == ["True Diffuse: EON_0_4: is left as Blender has it: half built"]
+
+
 def test_missing_image_is_reported_on_import(tmp_path: Path) -> None:
     material = rough("EON")
     link_image(material, "Color", picture(tmp_path / "in.png"))

@@ -20,7 +20,7 @@ from true_diffuse.addon.material.convert import convert_materials
 from true_diffuse.addon.material.expression import Apply, Constant, Image, ImageTexture, UvMap, apply, evaluate
 from true_diffuse.addon.material.read import group_node
 from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE
-from true_diffuse.addon.usd import affine, color_spaces, lookups
+from true_diffuse.addon.usd import affine, lookups
 
 SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
 # Prints what UsdPreviewSurface and MaterialX hold, with the package usd-core, in a process without bpy: for each input of the
@@ -449,34 +449,6 @@ def test_preview_surface_is_left_to_blender_where_it_is_not_asked_for(tmp_path: 
 
 
 # --- color spaces
-
-
-@pytest.mark.parametrize(
-    ("space", "name"),
-    [
-        *(("sRGB", "srgb_texture"), ("Linear Rec.709", "lin_rec709"), ("ACEScg", "acescg"), ("Display P3", "srgb_displayp3")),
-        *(("Gamma 2.2 Encoded Rec.709", "g22_rec709"), ("Linear Adobe RGB", "lin_adobergb")),
-    ],
-)
-def test_color_space_has_its_name_in_materialx(space: str, name: str) -> None:
-    assert color_spaces.name(space) == (name, True)
-
-
-@pytest.mark.parametrize(
-    ("space", "name"),
-    [
-        ("sRGB", ("srgb_texture", True)),
-        ("Linear Rec.709", ("lin_rec709", True)),
-        ("ACEScg", ("acescg", True)),
-        ("AgX Log", ("srgb_texture", False)),
-    ],
-)
-def test_color_spaces_without_opencolorio_are_known_by_their_names(
-    space: str, name: tuple[str, bool], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    bpy.data.images.new("Image", 1, 1).colorspace_settings.name = space  # the name is Blender's, or this raises
-    monkeypatch.setitem(sys.modules, "PyOpenColorIO", None)
-    assert color_spaces.name(space) == name and color_spaces.interop_id(space) == ""
 
 
 def test_color_space_that_materialx_lacks_is_said(tmp_path: Path) -> None:

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 
 import bpy
 
+from ..blender import color_spaces
 from ..material.bake import CannotBake
 from ..material.links import Place, source, upstream
 from ..material.surface import Loss
-from ..usd import color_spaces
 
 # Inputs that the exporter writes, by what it can write of them.
 COLORS = {"Base Color", "Emission Color", "Specular Tint", "Sheen Tint"}
@@ -361,11 +361,11 @@ def _check_image(output: Place, is_color: bool) -> None:
     if node.extension == "CLIP":
         raise NotHeld(output, f"the clipped edge of the image {image.name}")
     space = image.colorspace_settings
-    if output.socket.name == "Color" and space.is_data == is_color:
+    if output.socket.name == "Color" and color_spaces.is_data(image) == is_color:
         what = "an image of numbers, but glTF reads it as sRGB" if is_color else "in a color space, but glTF reads it as numbers"
         raise NotHeld(output, f"the image {image.name}, which is {what},")
     # the exporter turns colors of floating-point images into sRGB, and writes others as they are
-    if is_color and not image.is_float and color_spaces.name(space.name) != (color_spaces.SRGB, True):
+    if is_color and not image.is_float and not color_spaces.is_srgb(image):
         raise NotHeld(output, f"the color space {space.name} of the image {image.name}")
     _check_coordinates(output.input("Vector"))
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import bpy
 
+from ..blender import color_spaces
 from ..nodes import GROUPS
 from ..nodes.graph import key_and_version
 from .materials import add_group
@@ -138,7 +139,10 @@ def _properties(owner: bpy.types.bpy_struct) -> Record:
         value = getattr(owner, name, None)
         if prop.type == "POINTER":
             if isinstance(value, bpy.types.Image):
-                values[name] = {"image": value.name_full, "color_space": value.colorspace_settings.name, "alpha": value.alpha_mode}
+                space = value.colorspace_settings
+                values[name] = {"image": value.name_full, "color_space": space.name, "alpha": value.alpha_mode}
+                if color_spaces.is_data(value):
+                    values[name]["is_data"] = True
             elif isinstance(value, bpy.types.ID):
                 values[name] = {"id": type(value).__name__, "name": value.name_full}
             elif isinstance(value, bpy.types.ColorRamp):

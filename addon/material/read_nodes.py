@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import bpy
 
-from ..blender import fcurves
+from ..blender import color_spaces, fcurves
 from . import node_formulas as formulas
 from . import spectra
 from .expression import (
@@ -111,8 +111,8 @@ class NodeReader:
     def image(self, image: bpy.types.Image) -> Image:
         """Return an image of the file and keep it among `images`."""
         self.images[image.name_full] = image
-        settings = image.colorspace_settings
-        return Image(image.name_full, settings.name, settings.is_data, image.alpha_mode, image.source, image.is_float)
+        space = image.colorspace_settings.name
+        return Image(image.name_full, space, color_spaces.is_data(image), image.alpha_mode, image.source, image.is_float)
 
     def note(self, node: bpy.types.Node, what: str) -> None:
         """Add to the notes what the user should know of a node, once."""

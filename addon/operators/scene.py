@@ -32,6 +32,7 @@ class TRUE_DIFFUSE_OT_build_comparison(Operator):
         from ...scenes import five_characters, subject
 
         notes: list[str] = []
+        before = set(bpy.data.scenes) | set(bpy.data.objects)
         item, depsgraph = context.active_object, context.evaluated_depsgraph_get()
         try:
             if self.plaster:
@@ -39,8 +40,11 @@ class TRUE_DIFFUSE_OT_build_comparison(Operator):
             else:
                 figure = subject.character_figure(item, depsgraph, notes.append)
                 built = five_characters.build_as_is((figure,), SIZE)
-        except ValueError as error:
-            return self.cancel_with(error)
+        except Exception as error:
+            bpy.data.batch_remove((set(bpy.data.scenes) | set(bpy.data.objects)) - before)  # nothing half built
+            if isinstance(error, ValueError):
+                return self.cancel_with(error)
+            raise
         built.scene.render.engine = context.scene.render.engine
         if context.window:  # a script may have none
             context.window.scene = built.scene

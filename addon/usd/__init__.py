@@ -9,7 +9,6 @@ preview.py, lookups.py  Surface -> UsdPreviewSurface; lookups.py: what of an exp
 baking.py               images in place of what the networks lack
 affine.py               coordinates that are a UV map moved, turned and scaled
 network.py              a shading network as plain values
-color_spaces.py         images' color spaces by their names in MaterialX
 shapes.py               what Blender wrote, and how it names it; primvars.py: the names of UV maps and attributes; need pxr
 separate.py             materials whose names are equal in the stage; needs pxr
 author.py               networks and nodes -> prims, and back; needs pxr

@@ -12,7 +12,7 @@ import bpy
 
 from ..blender import report
 from ..material.bake import CannotBake, bake_input
-from ..material.expression import Expression, Image, ImageTexture, NormalMap, UvMap, apply
+from ..material.expression import Expression, ImageTexture, NormalMap, UvMap, apply
 from ..material.links import Place
 from ..material.read import Reading
 from ..material.read_closures import ClosureReader, material_surface
@@ -126,9 +126,7 @@ def _bake(material: bpy.types.Material, unit: float, target: str, baked: Baked) 
 
 
 def _expression(image: bpy.types.Image, parameter: str) -> Expression:
-    settings = image.colorspace_settings
-    named = Image(image.name_full, settings.name, settings.is_data, image.alpha_mode, image.source, image.is_float)
-    texture = ImageTexture(named, UvMap())
+    texture = ImageTexture(NodeReader().image(image), UvMap())
     if parameter in NORMALS:
         return NormalMap(texture)
     return texture if isinstance(PARAMETERS[parameter], tuple) else apply("x", texture)

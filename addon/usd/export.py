@@ -13,7 +13,7 @@ import bpy
 
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
-from ..blender import report
+from ..blender import color_spaces, report
 from ..material import node_record
 from ..material.expression import Attribute, Constant, Expression, NormalMap, walk
 from ..material.links import Place, upstream
@@ -23,7 +23,7 @@ from ..material.read_nodes import NodeReader, UnsupportedInput
 from ..material.surface import Loss
 from ..nodes import GROUPS
 from ..nodes.graph import key_and_version
-from . import author, baking, color_spaces, materialx, preview, primvars
+from . import author, baking, materialx, preview, primvars
 from .files import Files, ImageFile
 from .network import Primvar
 from .separate import VIEWPORT_SHADER, holders_of, separate
@@ -131,9 +131,9 @@ class Export:
             if not path:
                 continue
             if name not in self.files:
-                settings = image.colorspace_settings
-                space, is_known = ("", True) if settings.is_data else color_spaces.name(settings.name)
-                interop_id = "data" if settings.is_data else color_spaces.interop_id(settings.name)
+                settings, is_data = image.colorspace_settings, color_spaces.is_data(image)
+                space, is_known = ("", True) if is_data else color_spaces.name(settings.name)
+                interop_id = "data" if is_data else color_spaces.interop_id(settings.name)
                 self.files[name] = ImageFile(path, space, interop_id, *_channels(image), is_known=is_known)
             files[name] = self.files[name]
             if not files[name].is_known:

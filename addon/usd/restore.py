@@ -30,10 +30,11 @@ def rebuild(material: bpy.types.Material, usd_material: UsdShade.Material, find:
     nodes, files, names = kept
     spaces = {value["image"]: value for node in _nodes(nodes) for value in node.get("properties", {}).values() if _is_image(value)}
     loaded: dict[str, bpy.types.Image | None] = {}
+    problems: list[str] = []
 
     def find_image(name: str) -> bpy.types.Image | None:
         if name not in loaded:
-            loaded[name] = _load(files.get(name, ""), spaces.get(name, {}), find)
+            loaded[name] = _load(files.get(name, ""), spaces.get(name, {}), find, problems)
         return loaded[name]
 
     for node in _nodes(nodes):
@@ -41,7 +42,7 @@ def rebuild(material: bpy.types.Material, usd_material: UsdShade.Material, find:
             node.setdefault("properties", {}).setdefault("layer_name", "")
         _rename(node.get("properties", {}), names)
     settings = nodes.pop("material", {})
-    problems = rebuild_nodes(material.node_tree, nodes, find_image)
+    problems += rebuild_nodes(material.node_tree, nodes, find_image)
     for name, value in settings.items():
         try:
             if name != RENDER_METHOD:
@@ -87,8 +88,8 @@ def _is_image(value: object) -> bool:
     return isinstance(value, dict) and "image" in value
 
 
-def _load(file: str, settings: Mapping[str, Any], find: Find) -> bpy.types.Image | None:
-    """Return the image in `file`; None where that is missing."""
+def _load(file: str, settings: Mapping[str, Any], find: Find, problems: list[str]) -> bpy.types.Image | None:
+    """Return the image in `file`; None where that is missing. Adds to `problems` a color space that Blender does not have here."""
     path, is_temporary = find(file) if file else ("", False)
     if "<UDIM>" in path:
         tiles = sorted(Path(path).parent.glob(Path(path).name.replace("<UDIM>", "[0-9][0-9][0-9][0-9]")))
@@ -102,11 +103,17 @@ def _load(file: str, settings: Mapping[str, Any], find: Find) -> bpy.types.Image
             image.pack()
     else:
         return None
-    space = settings.get("color_space", image.colorspace_settings.name)
-    if space != image.colorspace_settings.name and space in image.colorspace_settings.bl_rna.properties["name"].enum_items:
+    current = image.colorspace_settings
+    space, is_data = settings.get("color_space", current.name), settings.get("is_data", False)
+    if space != current.name and not (is_data and current.is_data):
         if image.users:  # another material has it in another color space
             image = image.copy()
-        image.colorspace_settings.name = space
+        if space in current.bl_rna.properties["name"].enum_items:
+            image.colorspace_settings.name = space
+        elif is_data:
+            image.colorspace_settings.is_data = True
+        else:
+            problems.append(f"the image {image.name}: there is no color space {space} here, it is read as {current.name}")
     if "alpha" in settings:
         image.alpha_mode = settings["alpha"]
     return image

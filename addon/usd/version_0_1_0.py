@@ -129,6 +129,7 @@ def _load(node: bpy.types.Node, source: Source, find: Find) -> list[str]:
     image = bpy.data.images.load(path, check_existing=not is_temporary)
     if is_temporary:
         image.pack()
-    image.colorspace_settings.name = "sRGB" if source.is_color else "Non-Color"
+    if not source.is_color:  # else the color space stays that of a file of its kind
+        image.colorspace_settings.is_data = True
     node.image = image
     return []

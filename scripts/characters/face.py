@@ -9,6 +9,7 @@ import bpy
 import bmesh
 from mathutils import Matrix
 
+from true_diffuse.addon.blender import color_spaces
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.materials import Setting
 from true_diffuse.addon.material.presets import PRESETS
@@ -87,7 +88,7 @@ def build(mesh: bpy.types.Mesh, closeup: bool, resolution: tuple[int, int]) -> F
     """
     scene = bpy.data.scenes.new("True Diffuse Face")
     scene.render.resolution_x, scene.render.resolution_y = resolution
-    scene.view_settings.view_transform = "Standard"
+    color_spaces.show_plainly(scene)
     scene.cycles.max_bounces = 4
     top = max(vertex.co.z for vertex in mesh.vertices)
     height = FACE_HEIGHT if closeup else top * (1.0 + 2.0 * MARGIN)

@@ -104,11 +104,12 @@ def build(mesh: "bpy.types.Mesh") -> "tuple[bpy.types.Scene, list[tuple[bpy.type
 
     from mathutils import Matrix
 
+    from true_diffuse.addon.blender import color_spaces
     from true_diffuse.scenes.elements import add, add_sun, uniform_world
 
     scene = bpy.data.scenes.new("Difference")
     scene.render.resolution_x, scene.render.resolution_y = SIZE
-    scene.view_settings.view_transform = "Standard"
+    color_spaces.show_plainly(scene)
     scene.render.image_settings.file_format = "PNG"
     top = max(vertex.co.z for vertex in mesh.vertices)
     heads = []

@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The color spaces of images by their names in MaterialX 1.39, found by what Blender's OpenColorIO configuration computes.
+"""Color spaces and views, known by what Blender's OpenColorIO configuration computes rather than by names, which may be any.
 
-A studio's configuration may have any names. So a space is known by the linear Rec. 709 that it gives for a few colors, through the
-configuration's exchange roles, or where it lacks them through its scene_linear, taken for linear Rec. 709. Some builds of Blender,
-as Debian's, lack Python's module of OpenColorIO: there the spaces of Blender's own configuration are known by their names.
+A space has the name in MaterialX 1.39 of the one that gives the same linear Rec. 709 for a few colors, through the configuration's
+exchange roles, or where it lacks them through its scene_linear, taken for linear Rec. 709. Some builds of Blender, as Debian's,
+lack Python's module of OpenColorIO: there the names of Blender's own configuration count.
 """
 
 import importlib.util
 import math
 import os
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -68,7 +69,10 @@ SPACES: Mapping[str, tuple[Callable[[float], float], Rows]] = {
     "adobergb": (_gamma(563.0 / 256.0), ADOBE_TO_REC709),
     "lin_adobergb": (float, ADOBE_TO_REC709),
 }
-OF_BLENDER = {"sRGB": SRGB, "Linear Rec.709": "lin_rec709", "ACEScg": "acescg"}  # by the names in Blender's configuration
+# By the names in Blender's own configuration
+OF_BLENDER = {"sRGB": SRGB, "Linear Rec.709": "lin_rec709", "ACEScg": "acescg"}
+PLAIN_VIEW = "Standard"
+GRAYS = (0.02, 0.18, 0.5, 0.9)
 
 
 def name(color_space: str) -> tuple[str, bool]:
@@ -90,6 +94,30 @@ def name(color_space: str) -> tuple[str, bool]:
     return nearest, math.isfinite(off) and off < TOLERANCE
 
 
+def is_data(image: bpy.types.Image) -> bool:
+    """Return whether the pixels of an image are numbers: Blender says so of one space alone, of which a studio may have several."""
+    settings = image.colorspace_settings
+    if settings.is_data or not os.environ.get("OCIO") or not _has_open_color_io():
+        return settings.is_data
+    space = _current().getColorSpace(settings.name)
+    return bool(space and space.isData())
+
+
+def is_srgb(image: bpy.types.Image) -> bool:
+    """Return whether the pixels of an image are colors as sRGB encodes them."""
+    return not is_data(image) and name(image.colorspace_settings.name) == (SRGB, True)
+
+
+def show_plainly(scene: bpy.types.Scene) -> None:
+    """Give a scene the view of its display that encodes colors and no more, whose grays are the nearest to those of sRGB."""
+    view = PLAIN_VIEW
+    if _has_open_color_io():
+        display = scene.display_settings.display_device
+        view = min(_current().getViews(display), key=lambda each: _gray_error(display, each))
+    with suppress(TypeError):  # another configuration than Blender's, and no module to ask it
+        scene.view_settings.view_transform = view
+
+
 def interop_id(color_space: str) -> str:
     """Return the name of a color space that color management systems share; empty where the configuration does not tell."""
     if not _has_open_color_io():
@@ -100,9 +128,16 @@ def interop_id(color_space: str) -> str:
 
 @cache
 def _configuration(path: str) -> "PyOpenColorIO.Config":
+    """Return a file's configuration, or OpenColorIO's own, as ocio://default; Blender's where it has refused that."""
     import PyOpenColorIO
 
-    return PyOpenColorIO.Config.CreateFromFile(path)
+    names = bpy.types.ColorManagedInputColorspaceSettings.bl_rna.properties["name"].enum_items.keys()
+    with suppress(PyOpenColorIO.Exception, PyOpenColorIO.ExceptionMissingFile):
+        config = PyOpenColorIO.Config.CreateFromFile(path)
+        if all(config.getColorSpace(name) for name in names):
+            return config
+    own = Path(bpy.utils.system_resource("DATAFILES")) / "colormanagement" / "config.ocio"
+    return PyOpenColorIO.Config.CreateFromFile(str(own))
 
 
 def _has_open_color_io() -> bool:
@@ -112,9 +147,17 @@ def _has_open_color_io() -> bool:
 
 def _current() -> "PyOpenColorIO.Config":
     """Return the configuration that Blender has."""
-    own = Path(bpy.utils.system_resource("DATAFILES")) / "colormanagement" / "config.ocio"
-    path = os.environ.get("OCIO", "")
-    return _configuration(path if path and Path(path).is_file() else str(own))
+    return _configuration(os.environ.get("OCIO", ""))
+
+
+def _gray_error(display: str, view: str) -> float:
+    """Return how far the grays of a view are from sRGB's, as encoded values."""
+    import PyOpenColorIO
+
+    transform = PyOpenColorIO.DisplayViewTransform(src="scene_linear", display=display, view=view)
+    processor = _current().getProcessor(transform).getDefaultCPUProcessor()
+    shown = ((gray, processor.applyRGB([gray] * 3)) for gray in GRAYS)
+    return max(abs(_srgb(channel) - gray) for gray, color in shown for channel in color)
 
 
 def _to_rec709(color_space: str) -> Callable[[Rgb], Rgb] | None:
