@@ -193,10 +193,10 @@ def _imported(path: Path, say: Say) -> Generator[_File]:
             with _readable(path):
                 scenes = IMPORTERS[path.suffix.lower()](path.absolute())
             loaded = bpy.data.user_map().keys() - blocks
+            _stop_programs(path, loaded, say)
             scene = _scene_with_faces(path, scenes, say)
             others = dependencies.of_loaded(_shown(scene), loaded, path.absolute())
             _check_dependencies(path, others, say)
-            _remove_scripts(path, loaded, say)
             file = _File(scene, dependencies.joined((named, others)))
             kept = file.kept
             yield file
@@ -269,14 +269,27 @@ def _shown(scene: bpy.types.Scene) -> Iterator[bpy.types.Object]:
     return (item for item in _visible(scene) if item.type in WITH_FACES or item.instance_type == "COLLECTION")
 
 
-def _remove_scripts(path: Path, loaded: Collection[bpy.types.ID], say: Say) -> None:
-    """Remove the nodes with Open Shading Language, which can write files."""
-    trees = {getattr(block, "node_tree", None) or block for block in loaded}
-    for tree in trees:
-        for node in list(tree.nodes) if isinstance(tree, bpy.types.ShaderNodeTree) else ():
+def _stop_programs(path: Path, loaded: Collection[bpy.types.ID], say: Say) -> None:
+    """Mute drivers with Python, which keep the value they were saved with, and remove programs in Open Shading Language.
+
+    Blender would run a driver's Python even without the permission where it names no more than functions that it knows as safe or
+    that somebody added to them. What it calls a simple expression is no Python.
+    """
+    owners = {owner for block in loaded for owner in (block, getattr(block, "node_tree", None)) if owner}
+    drivers = nodes = 0
+    for owner in owners:
+        for curve in owner.animation_data.drivers if getattr(owner, "animation_data", None) else ():
+            if curve.driver.type == "SCRIPTED" and not curve.driver.is_simple_expression:
+                curve.mute = True
+                drivers += 1
+        for node in list(owner.nodes) if isinstance(owner, bpy.types.ShaderNodeTree) else ():
             if node.bl_idname == "ShaderNodeScript":
-                tree.nodes.remove(node)
-                say(f"{path.name} has a Script node, which does not run")
+                owner.nodes.remove(node)
+                nodes += 1
+    if drivers:
+        say(f"{path.name} has {drivers} drivers with Python, which does not run: what they drive stays as it was saved")
+    if nodes:
+        say(f"{path.name} has {nodes} Script nodes, which do not run: what they feed has its own value")
 
 
 def importer_reason(error: Exception) -> str:
