@@ -289,6 +289,8 @@ def _pick(options: Namespace, chosen: list["Engine"], terminal: Terminal) -> dic
         }
     except tolerance.ToleranceError as error:
         raise BadInput(str(error)) from error
+    except (AttributeError, KeyError, TypeError) as error:
+        raise BadInput(f"the report {options.report} is damaged") from error
     for choice in choices.values():
         terminal.say(f"For {tolerance.percent(options.error)} {tolerance.describe(choice)}")
     terminal.say("Standard specular stays as it is and does not count")

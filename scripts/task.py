@@ -149,13 +149,16 @@ def serve(options: Namespace) -> None:
 def request_handler(options: Namespace, terminal: Terminal) -> "Callable[[Request, Show], list[str]]":
     """Start Blender and return the function that does a request; it returns lines to print. Raises BadInput."""
     document, job = read_job(options)
-    if document["study"] == "report":
-        os.environ.update(NO_SHADER_CACHE)
-    usable = start_blender(document["spec"]["engines"], terminal)
-    from true_diffuse.scripts.farm.comparison import CompareJob
-    from true_diffuse.scripts.farm.report import ReportJob
+    try:
+        if document["study"] == "report":
+            os.environ.update(NO_SHADER_CACHE)
+        usable = start_blender(document["spec"]["engines"], terminal)
+        from true_diffuse.scripts.farm.comparison import CompareJob
+        from true_diffuse.scripts.farm.report import ReportJob
 
-    study: CompareJob | ReportJob = (ReportJob if document["study"] == "report" else CompareJob)(document, usable)
+        study: CompareJob | ReportJob = (ReportJob if document["study"] == "report" else CompareJob)(document, usable)
+    except (KeyError, TypeError) as error:
+        raise BadInput(f"{options.job / JOB} is no job: {error}") from error
 
     def answer(request: "Request", show: Show) -> list[str]:
         out = Path(request["out"])
@@ -180,12 +183,12 @@ def read_job(options: Namespace) -> tuple[dict[str, Any], str]:
         content = path.read_bytes()
         document = json.loads(content)
         rules = json.loads(options.path_mapping.read_bytes() or b"{}") if options.path_mapping else {}
+        given, spec = rules.get("path_mapping_rules", ()), document["spec"]
+        spec["characters"] = {name: mapped(who, given) for name, who in spec["characters"].items()}
     except OSError as error:
         raise BadInput(f"cannot read {error.filename}: {error.strerror}") from error
-    except ValueError as error:
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise BadInput(f"{path} is no job: {error}") from error
-    characters = document["spec"].get("characters", {})
-    document["spec"]["characters"] = {name: mapped(who, rules.get("path_mapping_rules", ())) for name, who in characters.items()}
     return document, hashlib.sha256(content).hexdigest()
 
 

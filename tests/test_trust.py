@@ -86,7 +86,8 @@ def test_hostile_file_would_run_where_it_may(hostile: Path, tmp_path: Path) -> N
     bpy.ops.wm.open_mainfile(filepath=str(hostile), use_scripts=True)
     bpy.context.view_layer.update()
     try:
-        assert {"linked", "object", "variable", "shape_key", "material", "text"} <= {path.name for path in (tmp_path / "ran").iterdir()}
+        ran = {path.name for path in (tmp_path / "ran").iterdir()}
+        assert {"linked", "object", "variable", "shape_key", "material", "text"} <= ran
     finally:
         bpy.app.handlers.depsgraph_update_post.clear()
         bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "library.blend"), use_scripts=False)

@@ -5,6 +5,7 @@ The mesh is upright (Z up), faces -Y and stands on z = 0 around the origin, 1.8 
 the color attribute ALBEDO_ATTRIBUTE.
 """
 
+import re
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -133,12 +134,12 @@ def _import_blend(path: Path) -> dict[bpy.types.Scene, str]:
 def _import_gltf(path: Path) -> dict[bpy.types.Scene, str]:
     """Import the default scene of a file into the current one, others into scenes of their own; return these with their names.
 
-    What is in no scene is not rendered.
+    What is in no scene is not rendered, but in a file without scenes.
     """
     before, collections = set(bpy.data.scenes), set(bpy.data.collections)
     bpy.ops.import_scene.gltf(filepath=str(path), import_scene_as_collection=False)
     added = [scene for scene in bpy.data.scenes if scene not in before]
-    if bpy.context.scene.objects or added:
+    if dependencies.gltf_document(path).get("scenes"):
         for collection in set(bpy.data.collections) - collections:
             collection.hide_render |= collection.name.startswith("Orphan Nodes")
     return {scene: scene.name for scene in (bpy.context.scene, *added)}
@@ -164,6 +165,9 @@ IMPORTERS: Mapping[str, Callable[[Path], dict[bpy.types.Scene, str]]] = {
     ".usdc": _import_usd,
     ".usdz": _import_usd,
 }
+USD_ERROR = re.compile(r"^Error in '.*?' at line \d+ in file .*? : '(.*)")  # which also names its source
+USD_PLACE = re.compile(r":(\d+):(\d+): (?:parse error|Expected)")  # and the rest of a line, which may be a whole mesh
+LONGEST_REASON = 200  # characters
 # Compressions of glTF by what names the library that Blender reads them with; not every Blender has it
 COMPRESSIONS = {"draco": "Draco", "meshopt": "meshopt"}
 
@@ -294,14 +298,25 @@ def _stop_programs(path: Path, loaded: Collection[bpy.types.ID], say: Say) -> No
 
 def importer_reason(error: Exception) -> str:
     """Return the reason of an importer's error in one line; where it is Python's own, what its traceback ends with."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    lines = [line.strip() for line in _text(error).splitlines() if line.strip()]
+    if lines and (found := USD_ERROR.search(lines[0])):
+        place = USD_PLACE.search(found[1])
+        return f"line {place[1]}, column {place[2]} is no USD" if place else found[1].removesuffix("'")[:LONGEST_REASON]
     missing = next((name for key, name in COMPRESSIONS.items() if any(f"{key}_bridge" in line for line in lines)), None)
     if missing:
         return f"it is compressed with {missing}, and this Blender lacks the library to read that; save it without compression"
     if any("Traceback (most recent call last)" in line for line in lines):
         last = [line for line in lines if not line.startswith("Location:")][-1]
-        return f"its importer failed ({last})"
+        return f"its importer failed ({last[:LONGEST_REASON]})"
     return lines[0].removeprefix("Error: ") if lines else "its importer gave no reason"
+
+
+def _text(error: Exception) -> str:
+    """Return the message of an error, which may quote what is no text."""
+    try:
+        return str(error)
+    except UnicodeDecodeError as quoting:
+        return quoting.object.decode(errors="replace")
 
 
 def _scene_with_faces(path: Path, scenes: Mapping[bpy.types.Scene, str], say: Say) -> bpy.types.Scene:

@@ -108,7 +108,10 @@ def gltf_document(path: Path) -> dict:
             raise ValueError("it has no chunk of JSON")
         (size,) = struct.unpack_from("<I", content, 12)
         content = content[20 : 20 + size]
-    document = json.loads(content)
+    try:
+        document = json.loads(content)
+    except ValueError as error:
+        raise ValueError(f"its JSON is damaged ({error})") from error
     if not isinstance(document, dict):
         raise ValueError("its JSON is no object")
     return document

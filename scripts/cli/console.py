@@ -12,7 +12,7 @@ from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
-from typing import NoReturn, Self
+from typing import TYPE_CHECKING, NoReturn, Self
 
 try:
     from rich import progress as bars
@@ -21,6 +21,9 @@ except ImportError:
     bars = None
 
 from true_diffuse.scripts.studies.comparison.outcomes import WorkError
+
+if TYPE_CHECKING:
+    from _typeshed import SupportsWrite
 
 BAD_INPUT = 2  # exit status for anything the user can fix
 CLOSED_PIPE = 128 + 13  # exit status of programs that SIGPIPE ends
@@ -40,15 +43,15 @@ class Parser(argparse.ArgumentParser):
         print(f"{self.prog}: error: {' '.join(message.split())}", file=sys.stderr)
         sys.exit(BAD_INPUT)
 
-    def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
-        if message:
-            self._print_message(message, sys.stderr)
-        end(status)
+    def print_help(self, file: "SupportsWrite[str] | None" = None) -> None:
+        end(0, self.format_help())
 
 
-def end(status: int) -> NoReturn:
-    """End the process with an exit status. Blender does not write what Python still holds for stdout."""
+def end(status: int, last: str = "") -> NoReturn:
+    """End the process with an exit status and a last text. Blender does not write what Python still holds for stdout."""
     try:
+        if last:
+            sys.stdout.write(last)
         sys.stdout.flush()
     except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes it once more
@@ -107,7 +110,7 @@ class Terminal:
             os.close(saved)
         with suppress(OSError):  # it was said, or nobody reads it
             self.out.close()
-        if isinstance(error, Exception) and not isinstance(error, (BadInput, WorkError)):
+        if isinstance(error, Exception) and not isinstance(error, (BadInput, OSError, WorkError)):
             self._log.seek(0)
             print("Blender's last words:", *self._log.read().decode(errors="replace").splitlines()[-LOG_LINES:], sep="\n")
         self._log.close()

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What every script does around its own work: options of the same kind, errors, an empty Blender, the engines that run here."""
 
+import tempfile
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -44,7 +45,8 @@ def run_script(
     except (BadInput, WorkError) as error:
         return say_error(prog, str(error))
     except OSError as error:  # of the disk or a file, not of the code
-        return say_error(prog, f"{error.strerror}: {error.filename}" if error.filename else str(error))
+        where = error.filename or f"{folder} or {tempfile.gettempdir()}"
+        return say_error(prog, f"{error.strerror or error}: {where}")
     except Exception:
         traceback.print_exc()  # as Blender does, but its own exit status would be 0
         return 1

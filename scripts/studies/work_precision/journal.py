@@ -92,7 +92,9 @@ class Journal(Notes):
         super().add(key, record)
 
     def keep_picture(self, name: str, rgb: array[float]) -> None:
-        (self.folder / PICTURE.format(name)).write_bytes(rgb.tobytes())
+        whole = self.folder / f"{PICTURE.format(name)}.new"
+        whole.write_bytes(rgb.tobytes())
+        whole.replace(self.folder / PICTURE.format(name))
 
     def picture(self, name: str) -> array[float]:
         rgb = array("f")
