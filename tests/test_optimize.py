@@ -269,7 +269,7 @@ LAMBERT = ["BsdfDiffuse"]
         (engines.CYCLES, ROUGH_DIFFUSE, {"Color": (0.0, 0.0, 0.0, 1.0)}, []),
         (engines.CYCLES, SUBSURFACE, {"Subsurface": 0.0, "Specular": 0.0, "Model": "Lambert"}, LAMBERT),
         (engines.EEVEE, SUBSURFACE, {"Specular": 0.0, "Scale": 1000.0}, ["SubsurfaceScattering"]),
-        (engines.EEVEE, SUBSURFACE, {"Specular": 0.0, "Scale": 0.0}, LAMBERT),
+        (engines.EEVEE, SUBSURFACE, {"Specular": 0.0, "Scale": 0.0}, ["SubsurfaceScattering"]),
         (engines.EEVEE, SUBSURFACE, {"Subsurface": 0.0, "Model": "Lambert"}, ["BsdfAnisotropic", *LAMBERT]),
         (engines.EEVEE, SPECULAR_GROUP, {"Specular": 0.0}, LAMBERT),
         (engines.EEVEE, SPECULAR_GROUP, {"Quality": "Exact for Chosen Lights"}, LAMBERT),

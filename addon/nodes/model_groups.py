@@ -21,12 +21,13 @@ def build_model(graph: Graph, model: ReflectanceModel) -> dict[str, Value]:
     """Return the closures of `model` by quality. A model of Lambert's shape is one closure in every quality and engine."""
     surface = Surface(graph, model)
     expansion, color = surface.terms.expansion(), surface.view.color
-    family = next((name for name, weight in expansion.functions.items() if not graph.negligible(weight)), None)
-    if family is None:
+    if all(map(graph.negligible, expansion.functions.values())):
         lambert = graph.diffuse(color * expansion.facing, surface.n)
         smooth = bool(expansion.functions)  # a rough model at roughness 0: Lambert under one light, too
         chosen = None if smooth else for_chosen_lights(surface, model)
         return {BALANCED: lambert, FAST: lambert, PRECISE: lambert, CHOSEN_LIGHTS: chosen or lambert}
+
+    family = model.functions[0].name
 
     def weights(lobe_set: str) -> list[Number]:
         """Return the weight of each lobe: the sum over the functions."""

@@ -17,7 +17,7 @@ from ..nodes.graph import NORMAL, Graph, Group, Operand, Socket, Value
 from . import arithmetic
 from .arithmetic import Plain
 
-NEGLIGIBLE = 1e-4  # color below which a closure is left out, relative to white
+NEGLIGIBLE = 1e-5  # weight below which both engines drop a closure, relative to white
 SCALAR, VECTOR = "ShaderNodeMath", "ShaderNodeVectorMath"
 VECTOR_OUTPUTS = {"Vector", "Color"}
 VECTOR_SOCKETS = {"NodeSocketVector", "NodeSocketColor"}
@@ -275,15 +275,13 @@ class ConstantFoldingGraph(Graph):
     def subsurface(
         self, falloff: str, color: Operand, radius: Operand, scale: Operand, normal: Value, ior: float | None = None
     ) -> Value:
-        if self.is_all(radius, 0.0) or self.is_all(scale, 0.0):
-            return self.diffuse(color, normal)
         return NullClosure(self) if self.negligible(color) else super().subsurface(falloff, color, radius, scale, normal, ior)
 
     def beckmann(self, color: Operand, roughness: Operand, normal: Value) -> Value:
         return NullClosure(self) if self.negligible(color) else super().beckmann(color, roughness, normal)
 
     def emission(self, radiance: Value) -> Value:
-        return NullClosure(self) if self.negligible(radiance) else super().emission(radiance)
+        return NullClosure(self) if self.is_all(radiance, 0.0) else super().emission(radiance)
 
     def shader_to_rgb(self, shader: Value) -> Value:
         return Constant(self, ZERO) if isinstance(shader, NullClosure) else super().shader_to_rgb(shader)
