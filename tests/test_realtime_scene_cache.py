@@ -3,6 +3,7 @@
 
 import math
 import re
+from array import array
 from collections.abc import Callable, Iterator
 from itertools import product
 
@@ -19,7 +20,7 @@ from true_diffuse.addon.material.expression import Attribute, Constant, Expressi
 from true_diffuse.addon.material.surface import Surface
 from true_diffuse.addon.models import MODELS
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.addon.realtime import meshes, program, renderer, scene_bounds, scene_cache, shadows
+from true_diffuse.addon.realtime import meshes, objects, program, renderer, scene_bounds, scene_cache, shadows
 from true_diffuse.addon.realtime.lights import Light, lights_to_bytes
 from true_diffuse.addon.realtime.materials import RenderMaterial, surface_material, values_to_bytes
 from true_diffuse.addon.realtime.view import View
@@ -354,13 +355,13 @@ EDITS = {
 @pytest.mark.render
 @pytest.mark.parametrize("change", EDITS, ids=lambda change: change.__name__)
 def test_edit_reads_what_changed_alone(stage: Stage, sent: dict[str, int], change: Callable[[Stage], None]) -> None:
-    before = {part.mesh for part in stage.kept.items}
+    before = {part.mesh for part in stage.kept.groups}
     stage.assert_as_new()
     sent["meshes"] = 0
     stage.edit(lambda: change(stage))
     if EDITS[change] is not None:
         assert sent["meshes"] == EDITS[change]
-        assert len({part.mesh for part in stage.kept.items} - before) == EDITS[change]
+        assert len({part.mesh for part in stage.kept.groups} - before) == EDITS[change]
     stage.assert_as_new()
 
 
@@ -430,13 +431,13 @@ def test_undone_edits_show_no_more(stage: Stage) -> None:
 @pytest.mark.render
 def test_sigma_is_edited_without_reading_objects_or_compiling(stage: Stage, sent: dict[str, int]) -> None:
     stage.assert_as_new()
-    parts, tiles = stage.kept.items, stage.renderer._tiles
+    groups, tiles = stage.kept.groups, stage.renderer._tiles
     sent.update(dict.fromkeys(sent, 0))
     for k in range(1, 6):
         stage.edit(lambda k=k: setattr(stage.group(1).inputs["Roughness"], "default_value", 0.1 + 0.13 * k))
     # One block of numbers for each value; objects, lamps and shadow maps stay as they are.
     assert sent == {"meshes": 0, "blocks": 5, "programs": 0}
-    assert stage.kept.items is parts and stage.renderer._tiles is tiles
+    assert stage.kept.groups is groups and stage.renderer._tiles is tiles
     stage.assert_as_new()
 
 
@@ -457,45 +458,44 @@ def test_view_that_turns_sends_no_mesh_and_compiles_nothing(stage: Stage, sent: 
 class Hull:
     """What of a mesh its extent asks for."""
 
-    def __init__(self, hull: list[meshes.Point]) -> None:
-        self.hull = hull
-
-
-def boxes(count: int, turn: Matrix) -> list[scene_cache.DrawItem]:
-    """Return parts on a lattice 2 apart, turned, each of the 12 triangles of a box."""
-    hull = Hull(meshes.box((-0.5, -0.3, -0.1), (0.5, 0.3, 0.1)))
-    at = [Matrix.Translation((2.0 * (k % 8), 2.0 * (k // 8 % 8), 2.0 * (k // 64))) for k in range(count)]
-    return [scene_cache.DrawItem(hull, 0, 0, turn @ place, number, True, number % 2 == 0) for number, place in enumerate(at)]
+    def __init__(self, low: meshes.Point, high: meshes.Point) -> None:
+        self.bounds = low, high
+        self.hull = meshes.box(low, high)
 
 
 @pytest.mark.parametrize("count", (1, 20, 33, 500))
 def test_extent_holds_all_and_is_small(count: int) -> None:
-    parts = boxes(count, Matrix.Rotation(0.4, 4, "Y") @ Matrix.Rotation(0.3, 4, "X"))
-    made = scene_bounds.SceneBounds(parts)
-    corners = {part.number: [part.matrix @ Vector(point) for point in set(part.mesh.hull)] for part in parts}
+    """Objects on a lattice 2 apart, turned, each of the 12 triangles of a box; every other casts a shadow."""
+    turn = Matrix.Rotation(0.4, 4, "Y") @ Matrix.Rotation(0.3, 4, "X")
+    hull = Hull((-0.5, -0.3, -0.1), (0.5, 0.3, 0.1))
+    places = [turn @ Matrix.Translation((2.0 * (k % 8), 2.0 * (k // 8 % 8), 2.0 * (k // 64))) for k in range(count)]
+    groups = {objects.Part(hull, 0, 0, True, casts): list(range(not casts, count, 2)) for casts in (True, False)}
+    matrices = array("f", (value for place in places for column in place.col for value in column))
+    made = scene_bounds.SceneBounds(groups, matrices)
+    corners = {number: [place @ Vector(point) for point in set(hull.hull)] for number, place in enumerate(places)}
 
     def ranges(points: list[Vector]) -> list[tuple[Vector, Vector]]:
         """Return the lowest and highest coordinates of each box, of 12 triangles."""
         groups = [list(zip(*points[at : at + 36], strict=True)) for at in range(0, len(points), 36)]
         return [(Vector(map(min, axes)), Vector(map(max, axes))) for axes in groups]
 
-    def hold(found: list[tuple[Vector, Vector]], chosen: list[scene_cache.DrawItem]) -> bool:
+    def hold(found: list[tuple[Vector, Vector]], chosen: range) -> bool:
         near = 1e-5  # of numbers of 32 bits up to 30
         return all(
             any(all(low[k] - near <= corner[k] <= high[k] + near for k in range(3)) for low, high in found)
-            for part in chosen
-            for corner in corners[part.number]
+            for number in chosen
+            for corner in corners[number]
         )
 
     everything = View(Matrix.Diagonal((0.01, 0.01, 0.01, 1.0)), Vector((0.0, 0.0, 1.0)), False, WIDTH, HEIGHT)
     found, casting = ranges(made.visible(everything)), ranges(made.casters)
-    assert hold(found, parts) and hold(casting, [part for part in parts if part.casts_shadow])
+    assert hold(found, range(count)) and hold(casting, range(0, count, 2))
     assert len(found) <= 32 and len(casting) <= 32  # as many boxes as can be cut for each view
-    assert not hold(found[1:], parts)
+    assert not hold(found[1:], range(count))
     # A part of the picture: within it, and as far as what is there.
     view = View(Matrix.Diagonal((0.5, 0.5, 0.01, 1.0)), Vector((0.0, 0.0, 1.0)), False, WIDTH, HEIGHT)
     shown = [(view.projection @ corner, corner) for corner in made.visible(view)]
-    inside = [corner for part in parts for corner in corners[part.number] if max(map(abs, (view.projection @ corner)[:2])) <= 1.0]
+    inside = [corner for some in corners.values() for corner in some if max(map(abs, (view.projection @ corner)[:2])) <= 1.0]
     assert shown and all(max(map(abs, clip)) <= 1.0 + 1e-5 for clip, _ in shown)
     for k in range(3):
         assert min(corner[k] for _, corner in shown) - 1e-5 <= min(corner[k] for corner in inside)

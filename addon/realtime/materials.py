@@ -18,7 +18,7 @@ from .models import GlslModel, glsl_model, with_highlight
 
 MILLIMETER = 0.001  # m
 GRAY = (0.8, 0.8, 0.8)  # Blender's color of faces without a material
-OUR_SAMPLERS = 2  # the shadow map and the table of specular albedos
+OUR_SAMPLERS = 3  # where objects are, the shadow map and the table of specular albedos
 FEWEST_SAMPLERS = 16  # of any driver
 
 # The layers and parts of a surface, by the parameter that makes a material have them: each a definition for the shaders
@@ -36,6 +36,7 @@ FEATURES: Mapping[str, str] = {
     "coat_normal": "COAT_NORMAL",
     "specular_anisotropy": "ANISOTROPY",
 }
+HOLDOUT = "HOLDOUT"  # the definition that makes a shader draw a hole in the picture
 # The parameters that the shader of a feature reads, beside that which makes it
 READ: Mapping[str, tuple[str, ...]] = {
     "METAL": ("specular_roughness", "specular_color"),

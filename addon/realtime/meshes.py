@@ -22,6 +22,7 @@ class Mesh:
     """A mesh on the driver. Its vertices there are the mesh's corners, as the faces at a vertex differ in normals and UVs.
 
     `slots` holds the index buffer of each material slot that faces use; `hull` the corners of triangles that enclose the mesh;
+    `bounds` its lowest and highest coordinates;
     `triangles` is the number of triangles drawn, `skipped` of those left out because a vertex is not finite. `batches` has what
     `prepare` made ready to draw, by slot and attributes.
     """
@@ -30,6 +31,7 @@ class Mesh:
         """Send the evaluated `mesh` to the driver."""
         self.slots: dict[int, gpu.types.GPUIndexBuf] = {}
         self.hull: list[Point] = []
+        self.bounds: tuple[Point, Point] = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         self.skipped = 0
         self.triangles = 0
         self.batches: dict[tuple[int, tuple[MeshAttribute, ...]], gpu.types.GPUBatch] = {}
@@ -48,7 +50,8 @@ class Mesh:
             return
         self.triangles = len(slots)
         self._triangles = triangles
-        self.hull = _hull(positions, corner_positions, triangles)
+        self.bounds = _bounds(positions)
+        self.hull = _hull(self.bounds, corner_positions, triangles)
         self._surface = _vertices(len(self._corners), {"position": (3, corner_positions), "normal": (3, normals)})
         for slot in set(slots):
             self.slots[slot] = _indices(triangles, [index == slot for index in slots] if len(set(slots)) > 1 else None)
@@ -98,13 +101,18 @@ def box(low: Sequence[float], high: Sequence[float]) -> list[Point]:
     return [corners[corner] for a, b, c, d in faces for corner in (a, b, c, a, c, d)]
 
 
-def _hull(positions: array[float], corner_positions: Floats, triangles: array[int]) -> list[Point]:
+def _bounds(positions: array[float]) -> tuple[Point, Point]:
+    """Return the lowest and the highest coordinates of finite positions."""
+    axes = [[x for x in positions[axis::3] if abs(x) < LARGEST] for axis in range(3)]
+    (x0, x1), (y0, y1), (z0, z1) = ((min(values), max(values)) for values in axes)
+    return (x0, y0, z0), (x1, y1, z1)
+
+
+def _hull(bounds: tuple[Point, Point], corner_positions: Floats, triangles: array[int]) -> list[Point]:
     """Return the corners of `triangles` themselves where they are few, else those of their box: 12 triangles."""
     if len(triangles) <= MAX_HULL_TRIANGLES * CORNERS:
         return [(corner_positions[3 * k], corner_positions[3 * k + 1], corner_positions[3 * k + 2]) for k in triangles]
-    axes = [positions[axis::3] for axis in range(3)]
-    ranges = [(min(values), max(values)) for values in ([x for x in axis if abs(x) < LARGEST] for axis in axes)]
-    return box([low for low, _ in ranges], [high for _, high in ranges])
+    return box(*bounds)
 
 
 def _selected(triangles: array[int], keep: list[bool]) -> array[int]:

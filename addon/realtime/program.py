@@ -85,6 +85,7 @@ class Program:
     fragment: str
     attributes: Mapping[str, str] = field(default_factory=dict)
     varyings: Mapping[str, str] = field(default_factory=dict)
+    flat_varyings: Mapping[str, str] = field(default_factory=dict)  # not interpolated
     constants: Mapping[str, str] = field(default_factory=dict)
     samplers: Mapping[str, str] = field(default_factory=dict)
     uniform_blocks: Mapping[str, str] = field(default_factory=dict)  # the blocks' structs by name
@@ -168,10 +169,11 @@ def _material_program(
     defines = "\n".join(f"#define {one}" for one in (*definitions, f"PASS_ATTRIBUTES{passed}", f"SHADED_POINT Point({point})"))
     return Program(
         name=name,
-        vertex="\n".join((defines, _file("transform_normal"), _file("surface_vertex"))),
+        vertex="\n".join((defines, _file("objects"), _file("transform_normal"), _file("surface_vertex"))),
         fragment="\n".join(
             (
                 defines,
+                _file("objects"),
                 _file("transform_normal"),
                 _file("shaded_point"),
                 _file("transparency"),
@@ -184,8 +186,9 @@ def _material_program(
         attributes={"position": "VEC3", "normal": "VEC3"} | names,
         varyings=dict.fromkeys(("world_position", "world_normal", "object_position", "object_normal"), "VEC3")
         | {f"varying_{one}": kind for one, kind in names.items()},
-        constants={"object_matrix": "MAT4", "orientation": "FLOAT", "object_number": "INT"},
-        samplers=dict(samplers or {}) | {f"image_{index}": "FLOAT_2D" for index in range(inputs.images)},
+        flat_varyings={"object_index": "INT", "orientation": "FLOAT"},
+        constants={"first_object": "INT"},
+        samplers={"objects": "FLOAT_2D"} | dict(samplers or {}) | {f"image_{index}": "FLOAT_2D" for index in range(inputs.images)},
         uniform_blocks={"view": "View", "material": "Material"} | dict(blocks or {}),
         outputs=outputs,
         declarations=f"{declarations}struct Material {{ vec4 values[{inputs.vectors}]; }};\n",
@@ -194,13 +197,14 @@ def _material_program(
 
 def shadow_program() -> Program:
     """Return the program that draws a shadow map: the distance of surfaces from a light."""
+    place = "object_matrix_of(first_object + gl_InstanceID) * vec4(position, 1.0)"
     return Program(
         name="true_diffuse_shadow",
-        vertex="void main() { gl_Position = matrix * vec4(position, 1.0); }",
+        vertex=f"{_file('objects')}void main() {{ gl_Position = matrix * ({place}); }}",
         fragment=_file("shadow_fragment"),
         attributes={"position": "VEC3", "normal": "VEC3"},
-        # from the object to the light's clip space; push constants hold two matrices, but Blender takes some of that
-        constants={"matrix": "MAT4"},
+        constants={"matrix": "MAT4", "first_object": "INT"},  # from the world to the light's clip space
+        samplers={"objects": "FLOAT_2D"},
     )
 
 

@@ -3,9 +3,11 @@
 
 import atexit
 import struct
-from collections.abc import Callable, Iterator
+from array import array
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import cache
+from itertools import accumulate
 from threading import RLock
 
 import gpu
@@ -14,8 +16,10 @@ from mathutils import Vector
 from ..blender.glsl import triangle
 from . import shadows
 from .expressions import Code, Image
-from .lights import lights_to_bytes
+from .lights import Light, lights_to_bytes
 from .materials import RenderMaterial, values_to_bytes
+from .meshes import Mesh
+from .objects import MATRIX_BYTES, MATRIX_SIZE, Part
 from .program import (
     GATHER_MAPS,
     Inputs,
@@ -32,12 +36,13 @@ from .program import (
     transparent_shadow_program,
 )
 from .scene_bounds import SceneBounds
-from .scene_cache import DrawItem, SceneCache
+from .scene_cache import SceneCache
 from .view import View, sample_offset
 
 TRANSPARENT = (0.0, 0.0, 0.0, 0.0)
 MISSING = (1.0, 0.0, 1.0, 1.0)  # the color of missing images in Blender
 SPECULAR_TABLE_SIZE = (32, 32 * 16 + 1)  # as in shaders/realtime/specular_table.glsl
+OBJECTS_ACROSS = 256  # in a row of the texture of matrices
 FAR = (1e30, 1e30, 1e30, 1e30)
 GATHER_STEPS = (0.8191725133961645, 0.6710436067037893)  # a sequence that fills a square evenly, other than sample_offset's
 
@@ -89,9 +94,14 @@ class Renderer:
         self._allocated: RenderTargets | None = None
         self._shadow_map: gpu.types.GPUTexture | None = None
         self._tiles: list[shadows.Tile] | None = None
-        self._items: list[DrawItem] = []
+        self._version = -1  # of `cache` that has been sent
+        self._groups: dict[Part, list[int]] = {}
+        self._matrices: array[float] | None = None
+        self._lights: list[Light] | None = None
+        self._casting: set[tuple[Mesh, int, int | None, bytes]] = set()  # what casts shadows, and where
+        self._first: dict[Part, int] = {}  # the index of the first object of each part in the texture of matrices
         self._bounds: SceneBounds | None = None
-        self._draws: list[tuple[Variant, RenderMaterial, list[DrawItem]]] = []
+        self._draws: list[tuple[Variant, RenderMaterial, list[Part]]] = []
         self._has_transparent_shadows = False
         self._shadow_codes: dict[int, Code | None] = {}  # of the materials, by their keys
         self._samples = 0
@@ -102,30 +112,59 @@ class Renderer:
             raise RuntimeError("begin has not been called")
         return self._allocated
 
-    def refresh(self) -> None:
-        """Send to the driver what `cache` has read anew."""
+    def refresh(self) -> bool:
+        """Send to the driver what has changed in `cache` or in the pixels of its images; return whether there is anything."""
         cache = self.cache
+        are_images_changed = self._refresh_images()
+        if cache.version == self._version:
+            return are_images_changed
+        self._version = cache.version
         materials = dict.fromkeys(cache.materials.values())
         codes = dict.fromkeys(code for material in materials for code in (material.code, material.shadow_code) if code is not None)
         self._values = {code: self._values.get(code) or _uniform_buffer(values_to_bytes(code)) for code in codes}
-        self.refresh_images()
         shadow_codes = {uid: material.shadow_code for uid, material in cache.materials.items()}
         if shadow_codes != self._shadow_codes:
             self._shadow_codes, self._tiles = shadow_codes, None
-        if cache.items is not self._items:  # the lights may have changed, too
-            self._items, self._tiles, self._bounds = cache.items, None, None
-            self._lights = _uniform_buffer(lights_to_bytes(cache.lights))
-        visible: dict[RenderMaterial, list[DrawItem]] = {material: [] for material in materials}
-        for item in cache.items:
-            if item.is_visible:
-                visible[cache.materials[item.material]].append(item)
-        draws = ((cache.variant(material), material, visible[material]) for material in materials if visible[material])
+        if cache.lights is not self._lights:
+            self._lights, self._tiles = cache.lights, None
+            self._light_block = _uniform_buffer(lights_to_bytes(cache.lights))
+        if cache.groups is not self._groups or cache.matrices is not self._matrices:
+            self._place_objects()
+        drawn: dict[tuple[RenderMaterial, bool], list[Part]] = {}
+        for part in cache.groups:
+            if part.is_visible:
+                drawn.setdefault((cache.materials[part.material], part.is_holdout), []).append(part)
+        draws = ((cache.variant(material, is_holdout), material, parts) for (material, is_holdout), parts in drawn.items())
         self._draws = sorted(draws, key=lambda draw: (draw[0].model.stem, draw[0].inputs.text))
+        return True
 
-    def refresh_images(self) -> bool:
+    def _place_objects(self) -> None:
+        """Send where all objects are, in the order of the groups."""
+        groups, places = self.cache.groups, self.cache.matrices.tobytes()
+        self._groups, self._matrices = groups, self.cache.matrices
+        order = [index for group in groups.values() for index in group]
+        starts = accumulate((len(group) for group in groups.values()), initial=0)
+        self._first = dict(zip(groups, starts, strict=False))
+        rows = -(-len(order) // OBJECTS_ACROSS) or 1
+        texels = array("f", b"".join(places[MATRIX_BYTES * index : MATRIX_BYTES * (index + 1)] for index in order))
+        texels.frombytes(bytes(MATRIX_BYTES * (rows * OBJECTS_ACROSS - len(order))))
+        texels[MATRIX_SIZE - 1 : MATRIX_SIZE * len(order) : MATRIX_SIZE] = array("f", (index + 1 for index in order))
+        size = (OBJECTS_ACROSS * MATRIX_SIZE // 4, rows)
+        self._objects = gpu.types.GPUTexture(size, format="RGBA32F", data=gpu.types.Buffer("FLOAT", len(texels), texels))
+        self._bounds = SceneBounds(groups, self.cache.matrices, self._bounds)
+        casting = {
+            (part.mesh, part.slot, part.material if self.cache.materials[part.material].is_transparent else None, place)
+            for part, group in groups.items()
+            if part.casts_shadow
+            for place in (places[MATRIX_BYTES * index : MATRIX_BYTES * (index + 1)] for index in group)
+        }
+        if casting != self._casting:
+            self._casting, self._tiles = casting, None
+
+    def _refresh_images(self) -> bool:
         """Send to the driver the images whose pixels have changed; return whether there are any."""
         before, self.warnings = self._images, []
-        materials = dict.fromkeys(self.cache.materials.values())
+        materials = self.cache.materials.values()
         self._images = {image: self._image(material, image) for material in materials for image in material.textures}
         is_changed = self._images != before
         if is_changed and self._has_transparent_shadows:
@@ -150,15 +189,14 @@ class Renderer:
         with PROGRAM_LOCK:
             if any(reads_table(variant.features) for variant, _, _ in self._draws):
                 specular_table()  # now, as it has a framebuffer of its own
-            self._draw_shadows(view, 0)
+            self._update_shadows(view)
 
     def add(self, view: View, sample: int, filter_size: float, background: Rgba) -> None:
         """Draw one sample of every pixel over `background` and add it to the picture; `filter_size` is in pixels."""
         shifted = view.shifted(*sample_offset(sample, filter_size))
         with PROGRAM_LOCK:
-            if sample and self._has_transparent_shadows:
-                self._tiles = None
-                self._draw_shadows(view, sample)
+            if sample and self._has_transparent_shadows and self._tiles:
+                self._draw_shadows(self._tiles, sample)
             self._draw_surfaces(self._targets, shifted, sample)
             if self._targets.subsurface:
                 self._gather_subsurface(self._targets, shifted, sample)
@@ -194,14 +232,12 @@ class Renderer:
         pixels.dimensions = 4 * targets.width * targets.height
         return pixels
 
-    def _draw_shadows(self, view: View, sample: int) -> None:
-        """Draw the shadow maps, unless they are up to date."""
-        if not self.cache.lighting().shadows:
+    def _update_shadows(self, view: View) -> None:
+        """Draw the shadow maps for `view`, unless they are up to date."""
+        if not self.cache.lighting().shadows or self._bounds is None:
             return
-        if self._bounds is None:
-            self._bounds = SceneBounds(self.cache.items)
         tiles = shadows.shadow_tiles(self.cache.lights, self._bounds, view)
-        if tiles == self._tiles:
+        if tiles == self._tiles and not self._has_transparent_shadows:
             return
         self._tiles = tiles
         self._shadow_block = _uniform_buffer(shadows.tiles_to_bytes(tiles))
@@ -211,39 +247,50 @@ class Renderer:
             # kept, as a framebuffer does not keep its textures
             self._shadow_depth = gpu.types.GPUTexture((width, width), format="DEPTH_COMPONENT32F")
             self._shadow_buffer = gpu.types.GPUFrameBuffer(depth_slot=self._shadow_depth, color_slots=self._shadow_map)
+        self._draw_shadows(tiles, 0)
+
+    def _draw_shadows(self, tiles: Sequence[shadows.Tile], sample: int) -> None:
+        """Draw the shadow maps, transparent casters as this sample sees them."""
+        materials = self.cache.materials
+        casting = [(part, materials[part.material]) for part in self._groups if part.casts_shadow]
+        opaque = [(part, material) for part, material in casting if not material.is_transparent]
+        transparent = [(part, material) for part, material in casting if material.is_transparent]
+        self._has_transparent_shadows = bool(transparent)
         with self._shadow_buffer.bind():
             _use_depth_test()
             self._shadow_buffer.clear(color=FAR, depth=1.0)
-            casting = [(item, self.cache.materials[item.material]) for item in self.cache.items if item.casts_shadow]
-            transparent = [(item, material) for item, material in casting if material.shadow_code]
-            self._has_transparent_shadows = bool(transparent)
             for tile in tiles:
                 self._shadow_buffer.viewport_set(tile.x, tile.y, tile.size, tile.size)
                 shader = _bound(shadow_program)
-                for item, material in casting:
-                    if not material.shadow_code:
-                        shader.uniform_float("matrix", tile.matrix @ item.matrix)
-                        item.mesh.batches[item.slot, material.attributes].draw(shader)
+                shader.uniform_sampler("objects", self._objects)
+                shader.uniform_float("matrix", tile.matrix)
+                for part, material in opaque:
+                    self._draw_part(shader, part, material)
                 if transparent:
                     self._draw_transparent_shadows(tile, transparent, sample)
-            self._shadow_buffer.viewport_set(0, 0, width, width)
+            self._shadow_buffer.viewport_set(0, 0, self._shadow_depth.width, self._shadow_depth.width)
 
-    def _draw_transparent_shadows(self, tile: shadows.Tile, casting: list[tuple[DrawItem, RenderMaterial]], sample: int) -> None:
+    def _draw_transparent_shadows(self, tile: shadows.Tile, casting: Sequence[tuple[Part, RenderMaterial]], sample: int) -> None:
         """Draw into a light's part of the shadow map where this sample does not see through."""
         light = self.cache.lights[tile.light]
         is_spot = light.kind == "SPOT"
         view = View(tile.matrix, Vector(light.position if is_spot else light.axis), is_spot, tile.size, tile.size)
         view_block = _uniform_buffer(view.to_bytes(self.cache.world, sample))
-        for item, material in casting:
+        for part, material in casting:
             if material.shadow_code:
                 shader = _bound(transparent_shadow_program, Inputs.of(material.shadow_code))
                 self._give_inputs(shader, view_block, material.shadow_code)
-                _place(shader, item)
-                item.mesh.batches[item.slot, material.attributes].draw(shader)
+                self._draw_part(shader, part, material)
+
+    def _draw_part(self, shader: gpu.types.GPUShader, part: Part, material: RenderMaterial) -> None:
+        """Draw the objects that show a part, in one call."""
+        shader.uniform_int("first_object", self._first[part])
+        part.mesh.batches[part.slot, material.attributes].draw_instanced(shader, instance_count=len(self._groups[part]))
 
     def _give_inputs(self, shader: gpu.types.GPUShader, view_block: gpu.types.GPUUniformBuf, code: Code) -> None:
         """Have `shader` read a view, the numbers of `code` and its images; the compiler drops what its text does not use."""
         shader.uniform_block("view", view_block)
+        shader.uniform_sampler("objects", self._objects)
         with suppress(ValueError):
             shader.uniform_block("material", self._values[code])
         for index, image in enumerate(code.images):
@@ -257,18 +304,19 @@ class Renderer:
             _use_depth_test()
             targets.surface_buffer.clear(color=TRANSPARENT, depth=1.0)
             gpu.state.front_facing_set(view.is_mirrored)  # a mirrored view reverses the winding of front faces
-            for variant, material, items in self._draws:
+            for variant, material, parts in self._draws:
                 shader = _bound(surface_program, variant)
                 self._give_inputs(shader, view_block, material.code)
-                shader.uniform_block("lights", self._lights)
+                with suppress(ValueError):
+                    shader.uniform_block("lights", self._light_block)
                 if reads_table(variant.features):
                     shader.uniform_sampler("specular_table", specular_table())
                 if variant.lighting.shadows:
-                    shader.uniform_block("shadows", self._shadow_block)
-                    shader.uniform_sampler("shadow_map", self._shadow_map)
-                for item in items:
-                    _place(shader, item)
-                    item.mesh.batches[item.slot, material.attributes].draw(shader)
+                    with suppress(ValueError):
+                        shader.uniform_block("shadows", self._shadow_block)
+                        shader.uniform_sampler("shadow_map", self._shadow_map)
+                for part in parts:
+                    self._draw_part(shader, part, material)
             gpu.state.front_facing_set(False)
             gpu.state.depth_test_set("NONE")
 
@@ -318,6 +366,8 @@ def compile_program(program: Program) -> gpu.types.GPUShader:
         interface = gpu.types.GPUStageInterfaceInfo(program.name)
         for name, kind in program.varyings.items():
             interface.smooth(kind, name)
+        for name, kind in program.flat_varyings.items():
+            interface.flat(kind, name)
         info.vertex_out(interface)
     for name, kind in program.constants.items():
         info.push_constant(kind, name)
@@ -365,15 +415,6 @@ def _missing() -> gpu.types.GPUTexture:
     texture = gpu.types.GPUTexture((1, 1), format="RGBA32F")
     texture.clear(format="FLOAT", value=MISSING)
     return texture
-
-
-def _place(shader: gpu.types.GPUShader, item: DrawItem) -> None:
-    """Place what `shader` draws next as `item` is; the compiler drops what its text does not use."""
-    shader.uniform_float("object_matrix", item.matrix)
-    with suppress(ValueError):
-        shader.uniform_float("orientation", -1.0 if item.matrix.is_negative else 1.0)
-    with suppress(ValueError):
-        shader.uniform_int("object_number", item.number)
 
 
 def forget_shaders() -> None:

@@ -1,28 +1,43 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bounds of a scene's meshes: triangles that enclose all of them, few enough to be clipped to the picture for each view."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from array import array
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from itertools import batched
 
 from mathutils import Vector
 
-from .meshes import box
-from .scene_cache import DrawItem
+from .meshes import Mesh, Point, box
+from .objects import MATRIX_BYTES, Part, matrix
 from .view import View
 
 MAX_TRIANGLES = 384  # objects with more than that in all share boxes with their neighbors
 BOX_TRIANGLES = 12
 
 type Triangle = tuple[Vector, Vector, Vector]
+type Range = tuple[Point, Point]
+"""The lowest and the highest coordinates [m]."""
+type Placed = tuple[Mesh, bytes]
+"""A mesh and the matrix of an object that shows it."""
 
 
 class SceneBounds:
-    """The bounds of `items` in the world [m]. `casters` are the corners of triangles that enclose all shadow casters."""
+    """The bounds of all objects in the world [m]. `casters` are the corners of triangles that enclose all shadow casters."""
 
-    def __init__(self, items: Sequence[DrawItem]) -> None:
-        objects = list({(item.mesh, item.number): item for item in items}.values())  # once for all of an object's materials
-        casting, visible = [item for item in objects if item.casts_shadow], [item for item in objects if item.is_visible]
-        self._visible = _enclosing(visible)
-        triangles = self._visible if casting == visible else _enclosing(casting)
+    def __init__(self, groups: Mapping[Part, Sequence[int]], matrices: array[float], before: "SceneBounds | None" = None) -> None:
+        """Find the bounds of the objects in `groups`, and look at no mesh again that is where `before` has it."""
+        self._before: Mapping[Placed, Range] = before.ranges if before else {}
+        self.ranges: dict[Placed, Range] = {}
+        places = matrices.tobytes()
+        casting: dict[Placed, None] = {}
+        visible: dict[Placed, None] = {}
+        for part, group in groups.items():
+            placed = [(part.mesh, places[MATRIX_BYTES * index : MATRIX_BYTES * (index + 1)]) for index in group]
+            casting |= dict.fromkeys(placed if part.casts_shadow else ())
+            visible |= dict.fromkeys(placed if part.is_visible else ())
+        self._visible = self._enclosing(visible)
+        triangles = self._visible if casting == visible else self._enclosing(casting)
+        self._before = {}
         self.casters = [corner for triangle in triangles for corner in triangle]
 
     def visible(self, view: View) -> list[Vector]:
@@ -33,32 +48,43 @@ class SceneBounds:
             corners += (world for _, world in _clipped(polygon))
         return corners
 
-
-def _enclosing(items: Sequence[DrawItem]) -> list[Triangle]:
-    """Return triangles that enclose `items`: those of the meshes' hulls or, where they are too many, of boxes around groups."""
-    if sum(len(item.mesh.hull) for item in items) <= 3 * MAX_TRIANGLES:
-        corners = [item.matrix @ Vector(point) for item in items for point in item.mesh.hull]
-    else:
-        hulls = {item.mesh: [Vector(point) for point in set(item.mesh.hull)] for item in items}
-        ranges = [_range([item.matrix @ corner for corner in hulls[item.mesh]]) for item in items if item.mesh.hull]
-        corners = [Vector(corner) for low, high in _grouped(ranges, MAX_TRIANGLES // BOX_TRIANGLES) for corner in box(low, high)]
-    return list(zip(corners[::3], corners[1::3], corners[2::3], strict=True))
-
-
-def _range(points: Iterable[Vector]) -> tuple[Vector, Vector]:
-    """Return the lowest and the highest coordinates of `points`."""
-    axes = list(zip(*points, strict=True))
-    return Vector(map(min, axes)), Vector(map(max, axes))
+    def _enclosing(self, all_placed: Collection[Placed]) -> list[Triangle]:
+        """Return triangles that enclose them: those of the meshes' hulls or, where they are too many, of boxes around groups."""
+        if sum(len(mesh.hull) for mesh, _ in all_placed) <= 3 * MAX_TRIANGLES:
+            points = [(matrix(place), mesh.hull) for mesh, place in all_placed]
+            corners = [to_world @ Vector(point) for to_world, hull in points for point in hull]
+        else:
+            for placed in all_placed:
+                if placed not in self.ranges and placed[0].hull:
+                    self.ranges[placed] = self._before.get(placed) or _range(*placed)
+            ranges = [self.ranges[placed] for placed in all_placed if placed[0].hull]
+            corners = [
+                Vector(corner) for low, high in _grouped(ranges, MAX_TRIANGLES // BOX_TRIANGLES) for corner in box(low, high)
+            ]
+        return list(batched(corners, 3, strict=True))
 
 
-def _grouped(ranges: list[tuple[Vector, Vector]], count: int) -> Iterator[tuple[Vector, Vector]]:
+def _range(mesh: Mesh, place: bytes) -> Range:
+    """Return the range of a mesh's box in the world."""
+    m = memoryview(place).cast("f")
+    low, high = mesh.bounds
+    x, y, z = ((a + b) / 2.0 for a, b in zip(low, high, strict=True))
+    dx, dy, dz = ((b - a) / 2.0 for a, b in zip(low, high, strict=True))
+    middle = [m[row] * x + m[4 + row] * y + m[8 + row] * z + m[12 + row] for row in range(3)]
+    half = [abs(m[row]) * dx + abs(m[4 + row]) * dy + abs(m[8 + row]) * dz for row in range(3)]
+    (x, y, z), (dx, dy, dz) = middle, half
+    return (x - dx, y - dy, z - dz), (x + dx, y + dy, z + dz)
+
+
+def _grouped(ranges: Sequence[Range], count: int) -> Iterator[Range]:
     """Yield the ranges of at most `count` groups of neighboring `ranges`, which are halved along their longest axis."""
-    low, high = _range(corner for ends in ranges for corner in ends)
+    lows, highs = zip(*ranges, strict=True)
+    (x0, y0, z0), (x1, y1, z1) = map(min, zip(*lows, strict=True)), map(max, zip(*highs, strict=True))
     if count == 1 or len(ranges) == 1:
-        yield low, high
+        yield (x0, y0, z0), (x1, y1, z1)
         return
-    size = high - low
-    axis = max(range(3), key=lambda axis: size[axis])
+    size = (x1 - x0, y1 - y0, z1 - z0)
+    axis = size.index(max(size))
     ranges = sorted(ranges, key=lambda ends: ends[0][axis] + ends[1][axis])
     for half in (ranges[: len(ranges) // 2], ranges[len(ranges) // 2 :]):
         yield from _grouped(half, count // 2)

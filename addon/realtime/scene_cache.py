@@ -1,66 +1,70 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the realtime engine draws of a scene, kept between updates: only what changed is read again."""
 
-from collections.abc import Callable
+from array import array
 from dataclasses import dataclass, field
 
 import bpy
-
-from mathutils import Matrix
 
 from ..material.expression import Constant, triple
 from ..material.links import Place, is_nothing, source
 from ..material.read_nodes import NodeReader, UnsupportedInput
 from ..material.surface import Rgb
+from . import objects
+from .changes import Changes
 from .expressions import MeshAttribute
 from .lights import Light, read_light
-from .materials import RenderMaterial, render_material
+from .materials import HOLDOUT, RenderMaterial, render_material
 from .meshes import Mesh, is_finite
+from .objects import Identity, IsShown, Part, Visibility
 from .program import MAX_LIGHTS, Inputs, Lighting, Variant
 
-MATERIAL_TYPES = (bpy.types.Material, bpy.types.NodeTree)
-GEOMETRY_TYPES = (bpy.types.Mesh, bpy.types.Curve, bpy.types.MetaBall)
 BLACK: Rgb = (0.0, 0.0, 0.0)
 NO_MATERIAL = 0  # in the place of a material's session_uid
 
-type Key = tuple[int, int]
+type MeshKey = tuple[int, int]
 """A mesh: the address of its data, or of the object whose mesh Blender makes on demand, and the session_uid of its data."""
+type RecordKey = tuple[MeshKey, int, Visibility]
+"""An object: its mesh, its session_uid, and how it is shown."""
 
 
-@dataclass(frozen=True)
-class DrawItem:
-    """The faces of one material slot of one object.
+@dataclass(frozen=True, slots=True)
+class Record:
+    """What has been read of an object; `uids` are the session_uids of it and of its data, `said` what is not drawn."""
 
-    `material` is the material's key in SceneCache.materials, `number` tells objects apart, `is_visible` is to the camera.
-    """
-
-    mesh: Mesh
-    slot: int
-    material: int
-    matrix: Matrix
-    number: int
-    is_visible: bool
-    casts_shadow: bool
+    parts: tuple[Part, ...]
+    uids: frozenset[int]
+    said: str
 
 
 @dataclass
 class SceneCache:
     """Meshes, materials and lights of a depsgraph, kept from one update to the next.
 
-    `items` is a new list whenever objects, meshes or lights may have changed. `materials` are those in use, by their session_uid.
-    `world` is the radiance from everywhere [W/(m^2 sr)].
+    `groups` has the objects that show each part, as indices of `matrices` (16 floats for each object, column by column, [m]).
+    `materials` are those in use, by their session_uid. `world` is the radiance from everywhere [W/(m^2 sr)]. Each is replaced by
+    another when it changes, and `version` counts the changes of the picture.
     """
 
-    items: list[DrawItem] = field(default_factory=list)
+    groups: dict[Part, list[int]] = field(default_factory=dict)
+    matrices: array[float] = field(default_factory=lambda: array("f"))
     lights: list[Light] = field(default_factory=list)
     materials: dict[int, RenderMaterial] = field(default_factory=dict)
     world: Rgb = BLACK
-    _warnings: list[str] = field(default_factory=list)
+    version: int = 0
+    _frame: float | None = None  # of the last update
+    _settings: tuple[int, float] | None = None  # the view layer's material, and the length of a meter
+    _identity: Identity | None = None  # of the objects in `groups`
     _names: dict[int, str] = field(default_factory=dict)  # of the materials
-    _meshes: dict[Key, Mesh] = field(default_factory=dict)
-    _users: dict[Key, set[int]] = field(default_factory=dict)  # session_uids of the data and the objects of each mesh
-    _visibility: dict[int, tuple[bool, bool]] = field(default_factory=dict)  # of objects, to the camera and to shadows
-    _is_read: bool = False
+    _meshes: dict[MeshKey, Mesh] = field(default_factory=dict)
+    _users: dict[MeshKey, set[int]] = field(default_factory=dict)  # session_uids of the data and the objects of each mesh
+    _records: dict[RecordKey, Record] = field(default_factory=dict)
+    _visibility: dict[int, Visibility] = field(default_factory=dict)  # of objects by their session_uid, as their own settings say
+    _known: set[int] = field(default_factory=set)  # session_uids of objects that have been read, and of their data
+    _drawn: set[int] = field(default_factory=set)  # the indices of objects in `groups`, of lights, and of what is left out
+    _light_objects: set[int] = field(default_factory=set)
+    _not_finite: set[int] = field(default_factory=set)
+    _said: dict[str, list[str]] = field(default_factory=dict)  # warnings by what they are about
 
     @property
     def has_subsurface(self) -> bool:
@@ -73,124 +77,207 @@ class SceneCache:
         used = {uid: material for uid, material in self.materials.items() if uid in self._names}
         missing = {image.name for material in used.values() for image in material.textures if material.is_missing(image)}
         losses = [f"{self._names[uid]}: {loss}" for uid, material in used.items() for loss in material.losses]
-        return [*self._warnings, *(f"{name} cannot be read" for name in sorted(missing)), *losses]
+        said = [line for about in ("objects", "world", "lights") for line in self._said.get(about, ())]
+        return [*said, *(f"{name} cannot be read" for name in sorted(missing)), *losses]
 
     def lighting(self) -> Lighting:
         """Return what the scene's lights and world ask of all surface shaders."""
         types = frozenset(light.kind for light in self.lights)
         return Lighting(types, any(light.casts_shadow for light in self.lights), any(self.world))
 
-    def variant(self, material: RenderMaterial) -> Variant:
-        """Return the shader variant for `material` under the scene's lights."""
-        inputs = Inputs.of(material.code)
-        return Variant(material.model, inputs, material.features, self.has_subsurface, self.lighting())
+    def variant(self, material: RenderMaterial, is_holdout: bool) -> Variant:
+        """Return the shader variant for `material` under the scene's lights, or for the hole that a holdout of it cuts."""
+        inputs, features = Inputs.of(material.code), material.features | ({HOLDOUT} if is_holdout else set())
+        return Variant(material.model, inputs, features, self.has_subsurface, self.lighting())
 
-    def update(self, depsgraph: bpy.types.Depsgraph, is_shown: Callable[[bpy.types.Object], bool] = lambda _: True) -> None:
-        """Read what changed since the last update. `is_shown` tells whether a viewport shows an object."""
-        stale = {update.id.original.session_uid for update in depsgraph.updates if update.is_updated_geometry}
-        self._meshes = {key: mesh for key, mesh in self._meshes.items() if not stale & self._users[key]}
-        only_materials = self._is_read and depsgraph.updates and all(map(self._concerns_materials, depsgraph.updates))
-        if not (only_materials and self._reread_materials(depsgraph)):
-            self._read(depsgraph, is_shown)
+    def update(self, depsgraph: bpy.types.Depsgraph, is_shown: IsShown | None = None) -> bool:
+        """Read what changed since the last update; return whether the picture changes.
 
-    def _concerns_materials(self, update: bpy.types.DepsgraphUpdate) -> bool:
-        """Return whether a change is one of materials alone; Blender tags their users with them."""
-        item = update.id
-        if isinstance(item, MATERIAL_TYPES):
-            return True
-        if update.is_updated_geometry or update.is_updated_transform:
-            return False
-        if isinstance(item, bpy.types.Object):
-            return self._visibility.get(item.original.session_uid) == (item.visible_camera, item.visible_shadow)
-        return isinstance(item, GEOMETRY_TYPES)
-
-    def _reread_materials(self, depsgraph: bpy.types.Depsgraph) -> bool:
-        """Read the materials again. Returns False where one needs other attributes of its meshes than before."""
-        meter = 1.0 / depsgraph.scene.unit_settings.scale_length
-        for material in bpy.data.materials:
-            before = self.materials.get(material.session_uid)
-            if before:
-                now = render_material(material.evaluated_get(depsgraph), meter)
-                if now.attributes != before.attributes:
-                    return False
-                self.materials[material.session_uid] = now
-        return True
-
-    def _read(self, depsgraph: bpy.types.Depsgraph, is_shown: Callable[[bpy.types.Object], bool]) -> None:
-        """Read objects, materials, lights and world."""
-        self._is_read = False  # until the end, in case of an error
-        self.items, self.lights, self.materials, self._warnings, self._visibility = [], [], {}, [], {}
-        self._names = {}
-        before, self._meshes = self._meshes, {}
+        `is_shown` tells whether a viewport shows an object, None that it shows what its view layer does.
+        """
+        before = self.version
+        changes = Changes.of(depsgraph)
         override, meter = depsgraph.view_layer_eval.material_override, 1.0 / depsgraph.scene.unit_settings.scale_length
-        for number, instance in enumerate(depsgraph.object_instances, 1):
+        settings = (override.original.session_uid if override else NO_MATERIAL, meter)
+        frame, self._frame = self._frame, depsgraph.scene.frame_current_final
+        if changes.is_empty and frame == self._frame:  # Blender does not say what changed
+            self._meshes, self._settings = {}, None
+        if settings != self._settings:
+            self._settings, self._identity, self._records, self.materials = settings, None, {}, {}
+        if self._identity is None or changes.scene:
+            self._read_world(depsgraph)
+        lacking = self._reread_materials(depsgraph, changes)
+        identity = self._identity
+        if identity is None or changes.scene or changes.geometry or changes.is_empty:
+            identity = objects.identity(depsgraph, is_shown)
+        is_stale = identity != self._identity or bool(lacking) or self._is_stale(changes)
+        moved = self._read_matrices(depsgraph) if is_stale or changes.moves else set()
+        if is_stale or moved is None:
+            self._forget(changes.geometry, lacking)
+            self._read_objects(depsgraph, is_shown)
+            self._identity = identity
+        if is_stale or moved is None or changes.lights or moved & self._light_objects:
+            self._read_lights(depsgraph)
+        if moved and moved & self._drawn:
+            self.version += 1
+        return self.version != before
+
+    @property
+    def _meter(self) -> float:
+        """The length of a meter in the scene's units."""
+        return self._settings[1] if self._settings else 1.0
+
+    def _is_stale(self, changes: Changes) -> bool:
+        """Return whether `changes` are of the geometry of something that has been read, or of who sees an object."""
+        seen = ((item.original.session_uid, Visibility.of(item)) for item in changes.shaded)
+        return not changes.geometry.isdisjoint(self._known) or any(self._visibility.get(uid, now) != now for uid, now in seen)
+
+    def _read_matrices(self, depsgraph: bpy.types.Depsgraph) -> set[int] | None:
+        """Read where objects are; return which have moved, or None where there are others than before."""
+        before, not_finite = self.matrices, self._not_finite
+        now = objects.matrices(depsgraph)
+        self._not_finite = objects.not_finite(now)
+        if now != before:
+            self.matrices = now
+        return objects.moved(before, now) if len(now) == len(before) and self._not_finite == not_finite else None
+
+    def _reread_materials(self, depsgraph: bpy.types.Depsgraph, changes: Changes) -> set[int]:
+        """Read the changed materials in use again; return those that need other attributes of their meshes than before."""
+        changed = {uid: material for uid, material in changes.materials.items() if uid in self.materials}
+        if changes.images:  # whether an image has bytes or floats is part of the shader
+            using = {uid for uid, material in self.materials.items() if not changes.images.isdisjoint(material.images)}
+            for material in bpy.data.materials if using - changed.keys() else ():
+                if material.session_uid in using:
+                    changed[material.session_uid] = material.evaluated_get(depsgraph)
+        if not changed:
+            return set()
+        before = self.materials
+        self.materials = before | {uid: render_material(material, self._meter) for uid, material in changed.items()}
+        self._names |= {uid: material.name for uid, material in changed.items()}
+        self.version += self.materials != before
+        return {uid for uid in changed if self.materials[uid].attributes != before[uid].attributes}
+
+    def _forget(self, geometry: set[int], lacking: set[int]) -> None:
+        """Drop what has been read of the meshes and objects that `geometry` names, and of objects of the materials `lacking`."""
+        self._meshes = {key: mesh for key, mesh in self._meshes.items() if geometry.isdisjoint(self._users[key])}
+        self._records = {
+            key: record
+            for key, record in self._records.items()
+            if geometry.isdisjoint(record.uids) and not any(part.material in lacking for part in record.parts)
+        }
+
+    def _read_objects(self, depsgraph: bpy.types.Depsgraph, is_shown: IsShown | None) -> None:
+        """Read the objects of which nothing is kept, and sort all into groups."""
+        said: dict[str, None] = {}
+        groups: dict[Part, list[int]] = {}
+        records: dict[RecordKey, Record] = {}
+        self._visibility, self._known, self._light_objects = {}, set(), set()
+        has_collections, layer = bool(objects.layer_collections(depsgraph)), depsgraph.view_layer_eval
+        for index, instance in enumerate(depsgraph.object_instances):
             item = instance.object
-            if not instance.show_self or not is_shown(instance.parent if instance.is_instance else item):
-                continue
-            matrix = instance.matrix_world.copy()
             if item.type not in ("MESH", "LIGHT"):  # Blender lists the meshes of texts, curves, surfaces and metaballs separately
                 continue
-            if not all(map(is_finite, matrix)):
-                self._warnings.append(f"{item.name} is left out: its location or scale is not finite or too large")
-            elif item.type == "LIGHT":
-                self.lights.append(read_light(item, matrix))
-            elif item.visible_camera or item.visible_shadow:
-                self._visibility[item.original.session_uid] = (item.visible_camera, item.visible_shadow)
-                if item.is_holdout:
-                    self._warnings.append(f"{item.name}: Holdout is not supported, the object is drawn")
-                self._add(item, matrix, number, before, override, meter)
+            owner = instance.parent if instance.is_instance else item
+            if not instance.show_self or not (is_shown is None or is_shown(owner)):
+                continue
+            if index in self._not_finite:
+                said[f"{item.name} is left out: its location or scale is not finite or too large"] = None
+                continue
+            if item.type == "LIGHT":
+                self._light_objects.add(index)
+                continue
+            uid, owner_uid = item.original.session_uid, owner.original.session_uid
+            shown = self._visibility[uid] = Visibility.of(item)
+            if owner_uid != uid:
+                above = self._visibility[owner_uid] = Visibility.of(owner)
+                shown = Visibility(shown.camera and above.camera, shown.shadow and above.shadow, shown.holdout or above.holdout)
+            if has_collections:
+                shown = shown.within_collections(owner, layer)
+            self._known |= {uid, owner_uid}
+            if not (shown.camera or shown.shadow):
+                continue
+            key = (self._mesh_key(item), uid, shown)
+            record = records.get(key) or self._records.get(key) or self._record(item, key, layer.material_override)
+            records[key] = record
+            if record.said:
+                said[record.said] = None
+            for part in record.parts:
+                groups.setdefault(part, []).append(index)
+        self._records = records
+        self._known |= {uid for record in records.values() for uid in record.uids}
+        used = {key for key, _, _ in records}
+        self._meshes = {key: self._meshes[key] for key in used if key in self._meshes}
         self._users = {key: self._users[key] for key in self._meshes}
-        self.world, said = _world_radiance(depsgraph.view_layer_eval.world_override or depsgraph.scene_eval.world)
-        self._warnings += said
-        if not is_finite(self.world):
-            self._warnings.append("The world is black: its radiance is not finite or too large")
-            self.world = BLACK
-        finite = [light for light in self.lights if is_finite(light.strength)]
-        if len(finite) < len(self.lights):
-            self._warnings.append(f"{len(self.lights) - len(finite)} lights are left out: their power is not finite or too large")
-        self.lights = finite
-        if len(self.lights) > MAX_LIGHTS:
-            self._warnings.append(f"{MAX_LIGHTS} of {len(self.lights)} lights are drawn")
-            del self.lights[MAX_LIGHTS:]
-        self._is_read = True
+        self._drawn = {index for group in groups.values() for index in group}
+        self._said["objects"] = list(said)
+        materials = {part.material: self.materials[part.material] for part in groups}
+        if groups != self.groups:
+            self.groups = groups
+            self.version += 1
+        if materials != self.materials:
+            self.materials = materials
+            self.version += 1
 
-    def _add(
-        self,
-        item: bpy.types.Object,
-        matrix: Matrix,
-        number: int,
-        before: dict[Key, Mesh],
-        override: bpy.types.Material | None,
-        meter: float,
-    ) -> None:
-        """Add the draw items of one object, with its mesh from `before` if it is there."""
-        is_made = item.type != "MESH" or item.data.is_editmode  # the mesh data of an object in edit mode is empty
-        data = item.to_mesh() if is_made else item.data
-        if data is None:
-            return
-        source = item.data.original or item.data
-        key = (item.original.as_pointer() if is_made else data.as_pointer(), source.session_uid)
-        mesh = self._meshes.get(key) or before.get(key) or Mesh(data)
-        if key not in self._meshes:
-            self._meshes[key] = mesh
-            self._users[key] = set()
-            if mesh.skipped:
-                self._warnings.append(
-                    f"{mesh.skipped} triangles of {item.name} are left out: their vertices are not finite or too far away"
-                )
-        self._users[key] |= {item.original.session_uid, source.session_uid}
+    @staticmethod
+    def _mesh_key(item: bpy.types.Object) -> MeshKey:
+        data = item.data
+        # the mesh data of an object in edit mode is empty
+        return item.original.as_pointer() if data.is_editmode else data.as_pointer(), (data.original or data).session_uid
+
+    def _record(self, item: bpy.types.Object, key: RecordKey, override: bpy.types.Material | None) -> Record:
+        """Return what is read of an object, with its mesh where that is kept."""
+        mesh_key, uid, shown = key
+        data = item.to_mesh() if item.data.is_editmode else item.data
+        mesh = self._meshes.get(mesh_key)
+        if mesh is None:
+            mesh = self._meshes[mesh_key] = Mesh(data)
+            self._users[mesh_key] = set()
+        uids = frozenset((uid, mesh_key[1]))
+        self._users[mesh_key] |= uids
         wanted: dict[int, tuple[MeshAttribute, ...]] = {}
+        parts = []
         for slot in mesh.slots:
             material = override or _slot_material(item, data, slot)
-            uid = material.original.session_uid if material else NO_MATERIAL
-            if uid not in self.materials:
-                self.materials[uid] = render_material(material, meter)
+            material_uid = material.original.session_uid if material else NO_MATERIAL
+            if material_uid not in self.materials:
+                self.materials[material_uid] = render_material(material, self._meter)
                 if material:
-                    self._names[uid] = material.name
-            wanted[slot] = self.materials[uid].attributes
-            self.items.append(DrawItem(mesh, slot, uid, matrix, number, item.visible_camera, item.visible_shadow))
+                    self._names[material_uid] = material.name
+            wanted[slot] = self.materials[material_uid].attributes
+            parts.append(Part(mesh, slot, material_uid, *shown))
         mesh.prepare(data, wanted, item.to_mesh)
         item.to_mesh_clear()
+        said = f"{mesh.skipped} triangles of {item.name} are left out: their vertices are not finite or too far away"
+        return Record(tuple(parts), uids, said if mesh.skipped else "")
+
+    def _read_lights(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """Read the lights, at most MAX_LIGHTS of them."""
+        said = self._said["lights"] = []
+        found = [
+            read_light(instance.object, instance.matrix_world)
+            for index, instance in enumerate(depsgraph.object_instances if self._light_objects else ())
+            if index in self._light_objects
+        ]
+        lights = [light for light in found if is_finite(light.strength)]
+        if len(lights) < len(found):
+            said.append(f"{len(found) - len(lights)} lights are left out: their power is not finite or too large")
+        if len(lights) > MAX_LIGHTS:
+            said.append(f"{MAX_LIGHTS} of {len(lights)} lights are drawn")
+            del lights[MAX_LIGHTS:]
+        if lights != self.lights:
+            self.lights = lights
+            self.version += 1
+
+    def _read_world(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """Read the world, or the view layer's in its place."""
+        world, said = _world_radiance(depsgraph.view_layer_eval.world_override or depsgraph.scene_eval.world)
+        if not is_finite(world):
+            said.append("The world is black: its radiance is not finite or too large")
+            world = BLACK
+        self._said["world"] = said
+        if world != self.world:
+            self.world = world
+            self.version += 1
 
 
 def _slot_material(item: bpy.types.Object, mesh: bpy.types.Mesh, slot: int) -> bpy.types.Material | None:

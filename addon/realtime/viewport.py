@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A viewport of the realtime engine: each redraw adds a sample until there are enough."""
 
+from dataclasses import dataclass
 from functools import partial
 
 import bpy
@@ -9,9 +10,19 @@ from mathutils import Vector
 
 from . import not_drawn
 from .final import background, failure_message
-from .renderer import DriverError, Renderer
+from .objects import IsShown
+from .renderer import DriverError, Renderer, Rgba
 from .scene_cache import SceneCache
 from .view import View, eye_of
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What a picture is of, beside the scene: `filter_size` in pixels."""
+
+    view: View
+    filter_size: float
+    background: Rgba
 
 
 class Viewport:
@@ -20,20 +31,17 @@ class Viewport:
     def __init__(self) -> None:
         self._cache: SceneCache | None = None
         self._renderer: Renderer | None = None
-        self._is_sent = False  # whether the driver has all that changed
-        self._view: View | None = None
-        self._sample = 0  # the number of samples in the picture of `_view`
+        self._picture: Picture | None = None  # None where it has to start anew
+        self._sample = 0  # the number of samples in it
         self._failed_size: tuple[int, int] | None = None  # for which the driver refused something
 
     def update(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what changed in the scene; a failure is reported by `engine`."""
-        self._view = self._failed_size = None
-        self._is_sent = False
+        self._failed_size = None
         try:
             if self._cache is None:
                 self._cache = SceneCache()
-            space = context.space_data
-            self._cache.update(depsgraph, lambda item: item.original.visible_in_viewport_get(space))
+            self._cache.update(depsgraph, _filter(context.space_data))
         except Exception as error:
             self._cache = self._renderer = None
             self._report(engine, failure_message(error))
@@ -53,11 +61,9 @@ class Viewport:
                 return
             if self._renderer is None:
                 self._renderer = Renderer(self._cache)
-            if not self._is_sent:  # not in `update`, where Blender may have no graphics context
-                self._renderer.refresh()
-                self._is_sent = True
-            elif self._renderer.refresh_images():  # Blender updates no scene where a script sets pixels
-                self._view = None
+            # Not in `update`, where Blender may have no graphics context; and Blender calls none where a script sets pixels.
+            if self._renderer.refresh():
+                self._picture = None
             self._draw(engine, scene, self._renderer, window.cropped(x, y, width, height), (x, y))
             if self._sample < scene.true_diffuse.viewport_samples:  # later, as Blender ignores a request during a redraw
                 bpy.app.timers.register(partial(redraw, context.area.as_pointer()))
@@ -70,7 +76,7 @@ class Viewport:
 
     def _report(self, engine: bpy.types.RenderEngine, message: str) -> None:
         """Say in the viewport and in a report why nothing is drawn."""
-        self._view = None
+        self._picture = None
         engine.update_stats(engine.bl_label, message)
         engine.report({"ERROR"}, message)
 
@@ -78,16 +84,25 @@ class Viewport:
         self, engine: bpy.types.RenderEngine, scene: bpy.types.Scene, renderer: Renderer, view: View, corner: tuple[int, int]
     ) -> None:
         """Add a sample to the picture of `view`, whose lower left corner is at `corner` of the window [pixels], and draw it."""
-        if view != self._view:
+        picture = Picture(view, scene.render.filter_size, background(scene, renderer.cache))
+        if picture != self._picture:
             renderer.begin(view)
-            self._view, self._sample = view, 0
+            self._picture, self._sample = picture, 0
         if self._sample < scene.true_diffuse.viewport_samples:
-            renderer.add(view, self._sample, scene.render.filter_size, background(scene, renderer.cache))
+            renderer.add(view, self._sample, picture.filter_size, picture.background)
             self._sample += 1
         renderer.show_blended(*corner)  # Blender applies the view transform
         warnings = [*renderer.cache.warnings, *renderer.warnings]
         not_drawn.keep(scene, warnings)
         engine.update_stats(f"Sample {self._sample}", "; ".join(warnings))
+
+
+def _filter(space: bpy.types.SpaceView3D) -> IsShown | None:
+    """Return what tells whether a viewport shows an object, None where it shows all of its view layer."""
+    types = (name for name in dir(space) if name.startswith("show_object_viewport_"))
+    if space.local_view is None and not space.use_local_collections and all(getattr(space, name) for name in types):
+        return None
+    return lambda item: item.original.visible_in_viewport_get(space)
 
 
 def redraw(area: int) -> None:

@@ -108,7 +108,8 @@ class Characters:
             towards = [tuple(Vector(one).normalized()) for one in SUNS[: setting.lights]]
             self._cache.lights = [replace(key, axis=one, casts_shadow=False) for one in towards]
             self._cache.world = BLACK
-        triangles = sum(item.mesh.triangles for item in self._cache.items)
+            self._cache.version += 1
+        triangles = sum(part.mesh.triangles * len(group) for part, group in self._cache.groups.items())
         return {"width": self._view.width, "height": self._view.height, "triangles": triangles}
 
     def frame(self, model: RenderMaterial) -> Times:
@@ -117,6 +118,7 @@ class Characters:
         Processor time of all threads is the work of a driver that draws there.
         """
         self._cache.materials = dict.fromkeys(self._materials, model)
+        self._cache.version += 1
         renderer = self._renderer
         renderer.refresh()
         for _ in renderer.compile():
@@ -151,8 +153,8 @@ class Characters:
         self._cache = SceneCache()
         self._cache.update(layer.depsgraph)
         self._materials = dict(self._cache.materials)
-        for item in self._cache.items:  # the variants read no attributes
-            item.mesh.prepare(self._meshes[1.0], {item.slot: ()}, self._meshes[1.0].copy)
+        for part in self._cache.groups:  # the variants read no attributes
+            part.mesh.prepare(self._meshes[1.0], {part.slot: ()}, self._meshes[1.0].copy)
         width, height = (round(length * math.sqrt(share)) for length in self._resolution)
         camera = self.five.scene.camera.evaluated_get(layer.depsgraph)
         projection = camera.calc_matrix_camera(layer.depsgraph, x=width, y=height)

@@ -42,7 +42,7 @@ vec3 true_normal()
 // Returns the interpolated unit normal of the visible side in the object's space.
 vec3 normal_of_object()
 {
-    return normalize(surface_normal() * mat3(object_matrix));
+    return normalize(surface_normal() * mat3(object_matrix_of(object_index)));
 }
 
 // Returns the tangent around the object's z axis, from `generated` coordinates.

@@ -11,6 +11,7 @@
 //     AVERAGED_COAT                   the coat is that of coat.glsl
 //     MULTIPLE_SCATTERING             metal and specular keep the light that single scattering loses
 //     CULLED                          the back is not drawn
+//     HOLDOUT                         a hole in the picture is drawn in the place of the surface
 //     SPECULAR_TABLE                  a layer reads the table of specular albedos
 //     SUBSURFACE_IN_SCENE             some material scatters light below its surface, so that all write the outputs that
 //                                     subsurface_gather.glsl reads
@@ -205,6 +206,13 @@ void main()
 #else
     const float shown = 1.0;
 #endif
+#ifdef HOLDOUT
+#ifdef SUBSURFACE_IN_SCENE
+    out_entering = out_distance = out_tint = vec4(0.0);
+#endif
+    out_radiance = vec4(0.0, 0.0, 0.0, -1.0); // as accumulate.glsl reads it
+    return;
+#endif
 #ifdef SPECULAR
     float ior = max(inputs.specular_ior, 1e-5);
     float eta = ggx_ior(ggx_f0(ior) * max(inputs.specular_weight, 0.0));
@@ -292,7 +300,7 @@ void main()
 #ifdef SUBSURFACE
     float scattered = clamp(inputs.subsurface_weight, 0.0, 1.0); // the fraction of the light that scatters below the surface
     diffuse *= 1.0 - scattered;
-    out_entering = vec4(entering, float(object_number));
+    out_entering = vec4(entering, float(object_number_of(object_index)));
     float depth = view.camera.w == 0.0 ? -dot(view.camera.xyz, world_position) : 1.0 / gl_FragCoord.w;
     out_distance = vec4(burley_d(albedo, inputs.subsurface_radius), depth); // depth [m] along the camera's axis
     out_tint = vec4(albedo * weight * (scattered / 3.14159265358979), 1.0);

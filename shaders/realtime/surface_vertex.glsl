@@ -4,7 +4,10 @@
 
 void main()
 {
-    vec4 world = object_matrix * vec4(position, 1.0);
+    object_index = first_object + gl_InstanceID;
+    mat4 matrix = object_matrix_of(object_index);
+    orientation = orientation_of(matrix);
+    vec4 world = matrix * vec4(position, 1.0);
     world_position = world.xyz;
     world_normal = transform_normal(normal);
     object_position = position;

@@ -18,7 +18,7 @@ bool is_seen_through(float opacity)
     if (opacity >= 1.0) {
         return false;
     }
-    uint face = hashed(uint(gl_PrimitiveID) + hashed(2u * uint(object_number) + (gl_FrontFacing ? 0u : 1u)));
+    uint face = hashed(uint(gl_PrimitiveID) + hashed(2u * uint(object_number_of(object_index)) + (gl_FrontFacing ? 0u : 1u)));
     uint pixel = hashed(uint(gl_FragCoord.x) + hashed(uint(gl_FragCoord.y) + face));
     float start = float(pixel >> 8) / 16777216.0;
     float step_size = mix(0.3, 0.7, float(face >> 8) / 16777216.0);

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The objects that a depsgraph shows, instances included: what draws alike as one, and a matrix for each."""
+
+from array import array
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import bpy
+
+from mathutils import Matrix
+
+from .meshes import LARGEST, Mesh
+
+MATRIX_SIZE = 16  # floats
+MATRIX_BYTES = 4 * MATRIX_SIZE
+
+type IsShown = Callable[[bpy.types.Object], bool]
+type Identity = tuple[object, ...]
+"""Equal for two readings of a depsgraph that show the same objects in the same order."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """The faces of one material slot of a mesh, drawn in one way for all objects that show them.
+
+    `material` is the material's key in SceneCache.materials; `is_visible` to the camera; `is_holdout` cuts a hole into the picture.
+    """
+
+    mesh: Mesh
+    slot: int
+    material: int
+    is_visible: bool
+    casts_shadow: bool
+    is_holdout: bool = False
+
+
+class Visibility(NamedTuple):
+    """Whether the camera sees an object, it casts shadows, and is a holdout."""
+
+    camera: bool
+    shadow: bool
+    holdout: bool
+
+    @classmethod
+    def of(cls, item: bpy.types.Object) -> "Visibility":
+        """Return what the object's own settings say."""
+        return cls(item.visible_camera, item.visible_shadow, item.is_holdout)
+
+    def within_collections(self, item: bpy.types.Object, layer: bpy.types.ViewLayer) -> "Visibility":
+        """Return what is left of it by the collections of a view layer that `item` is in: as in Cycles, a holdout is seen."""
+        is_holdout = self.holdout or item.holdout_get(view_layer=layer)
+        return Visibility(self.camera and (is_holdout or not item.indirect_only_get(view_layer=layer)), self.shadow, is_holdout)
+
+
+def identity(depsgraph: bpy.types.Depsgraph, is_shown: IsShown | None) -> Identity:
+    """Return what tells whether the same objects are shown as before."""
+    objects = depsgraph.objects
+    found: list[object] = [depsgraph.as_pointer(), [item.original.session_uid for item in objects], layer_collections(depsgraph)]
+    count = len(depsgraph.object_instances)
+    if count != len(objects):  # there are instances, too
+        for name, kind in (("random_id", "I"), ("show_self", "b")):
+            values = array(kind, bytes(array(kind).itemsize * count))
+            depsgraph.object_instances.foreach_get(name, values)
+            found.append(values)
+    if is_shown is not None:
+        found.append([is_shown(item) for item in objects])
+    return tuple(found)
+
+
+def layer_collections(depsgraph: bpy.types.Depsgraph) -> list[tuple[str, bool, bool]]:
+    """Return the collections of the view layer that are a holdout or indirect only, with which of the two."""
+    found, waiting = [], [depsgraph.view_layer_eval.layer_collection]
+    while waiting:
+        collection = waiting.pop()
+        waiting += collection.children
+        if collection.holdout or collection.indirect_only:
+            found.append((collection.name, collection.holdout, collection.indirect_only))
+    return found
+
+
+def matrices(depsgraph: bpy.types.Depsgraph) -> array[float]:
+    """Return the matrix of each object to the world [m], column by column."""
+    found = array("f", bytes(MATRIX_BYTES * len(depsgraph.object_instances)))
+    depsgraph.object_instances.foreach_get("matrix_world", found)
+    return found
+
+
+def moved(before: array[float], now: array[float]) -> set[int]:
+    """Return the objects whose matrices differ; there are as many in both."""
+    old, new = before.tobytes(), now.tobytes()
+    if old == new:
+        return set()
+    starts = range(0, len(new), MATRIX_BYTES)
+    return {at // MATRIX_BYTES for at in starts if old[at : at + MATRIX_BYTES] != new[at : at + MATRIX_BYTES]}
+
+
+def matrix(place: bytes) -> Matrix:
+    """Return the matrix of one object from its bytes, as `matrices` has them."""
+    numbers = memoryview(place).cast("f")
+    return Matrix((numbers[0::4], numbers[1::4], numbers[2::4], numbers[3::4]))
+
+
+def not_finite(numbers: array[float]) -> set[int]:
+    """Return the objects whose matrices shaders cannot compute with."""
+    if sum(map(abs, numbers)) < LARGEST:  # the sum may be NaN
+        return set()
+    return {at // MATRIX_SIZE for at, number in enumerate(numbers) if not abs(number) < LARGEST}
