@@ -119,6 +119,18 @@ def frames(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     yield Section(study.steps(characters, options.quick), tables)
 
 
+def viewport(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
+    """Time what edits cost a viewport of True Diffuse Realtime, by the number of objects."""
+    from true_diffuse.addon.blender.engines import EEVEE
+    from true_diffuse.scripts.studies import viewport as study
+
+    if EEVEE not in engines:
+        raise BadInput("a viewport needs EEVEE's graphics driver")
+    register_realtime()
+    title = "What an edit costs a viewport: reading the scene + drawing the first sample, in ms"
+    yield Section(list(study.steps(options.quick)), {title: study.table})
+
+
 def furnace(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Hold what each model, target and quality reflects of a uniform world against its formula."""
     from true_diffuse.scripts.studies import furnace as study
@@ -201,7 +213,21 @@ def check_usd(file: Path) -> list["Record"]:
 
 MEASURES: dict[str, Measure] = {
     measure.__name__: measure
-    for measure in (rough, engines, stability, cost, frames, furnace, leak, extremes, subsurface, usd, optimize, animation)
+    for measure in (
+        rough,
+        engines,
+        stability,
+        cost,
+        frames,
+        viewport,
+        furnace,
+        leak,
+        extremes,
+        subsurface,
+        usd,
+        optimize,
+        animation,
+    )
 }
 
 

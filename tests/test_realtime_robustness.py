@@ -369,6 +369,102 @@ class Window:
         self.viewport.update(self, self.context, bpy.context.evaluated_depsgraph_get())
 
 
+@pytest.fixture
+def work(monkeypatch) -> dict[str, int]:
+    """How many meshes, materials and lights are read, shadow maps and samples drawn, and objects' parts drawn one by one."""
+    counts: dict[str, int] = {}
+
+    def counted(name: str, real: Callable) -> Callable:
+        def counting(*arguments: object) -> object:
+            counts[name] = counts.get(name, 0) + 1
+            return real(*arguments)
+
+        return counting
+
+    for name, owner, function in (
+        ("meshes", scene_cache, "Mesh"),
+        ("materials", scene_cache, "render_material"),
+        ("lights", scene_cache, "read_light"),
+        ("shadows", renderer.Renderer, "_draw_shadows"),
+        ("samples", renderer.Renderer, "add"),
+        ("parts", renderer.Renderer, "_draw_part"),
+    ):
+        monkeypatch.setattr(owner, function, counted(name, getattr(owner, function)))
+    return counts
+
+
+@pytest.fixture
+def crowd(stage: Stage) -> Iterator[tuple[Window, list[bpy.types.Object]]]:
+    """A window that shows twelve squares of one mesh in three materials, all drawn, and the squares."""
+    first = stage.square(0.1, -1.5)
+    shown = [materials.create(f"Material {k}", ROUGH_DIFFUSE) for k in range(3)]
+    first.data.materials.append(None)
+    squares = [first]
+    for k in range(1, 12):
+        squares.append(stage.link(first.copy()))
+        squares[-1].location.x = 0.25 * k
+    for k, item in enumerate(squares):
+        item.material_slots[0].link = "OBJECT"
+        item.material_slots[0].material = shown[k % 3]
+    stage.scene.true_diffuse.viewport_samples = 2
+    window = Window(WIDTH)
+
+    def read(_: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+        window.viewport.update(window, window.context, depsgraph)
+
+    bpy.app.handlers.depsgraph_update_post.append(read)
+    stage.scene.update_tag()
+    bpy.context.view_layer.update()
+    for _ in range(3):
+        window.draw()
+    yield window, squares
+    bpy.app.handlers.depsgraph_update_post.remove(read)
+
+
+def turned(window: Window) -> None:
+    """See a part of all, which the shadow map then fits more tightly."""
+    window.context.region_data.perspective_matrix = Matrix.Diagonal((2.0, 3.0, -0.01, 1.0))
+
+
+# For an edit of the window or the squares: what is read and drawn until the picture has its two samples again
+WORK = {
+    "nothing": (lambda *_: None, {}),
+    "select": (lambda _, squares: squares[3].select_set(True), {}),
+    "move the camera that is not looked through": (lambda *_: setattr(bpy.data.objects["Camera"].location, "x", 1.0), {}),
+    "move": (lambda _, squares: setattr(squares[3].location, "y", 0.5), {"shadows": 1, "samples": 2, "parts": 3 + 2 * 3}),
+    "edit a material": (
+        lambda _, squares: setattr(
+            squares[3].active_material.node_tree.nodes["Rough Diffuse"].inputs["Roughness"], "default_value", 0.9
+        ),
+        {"materials": 1, "samples": 2, "parts": 2 * 3},
+    ),
+    "other light": (lambda *_: setattr(bpy.data.lights["Light"], "energy", 2.0), {"lights": 1, "samples": 2, "parts": 2 * 3}),
+    "turn a light": (
+        lambda *_: setattr(bpy.data.objects["Light"].rotation_euler, "x", 0.3),
+        {"lights": 1, "shadows": 1, "samples": 2, "parts": 3 + 2 * 3},
+    ),
+    "turn the view": (lambda window, _: turned(window), {"shadows": 1, "samples": 2, "parts": 3 + 2 * 3}),
+    "hide": (lambda _, squares: squares[3].hide_set(True), {"lights": 1, "shadows": 1, "samples": 2, "parts": 3 + 2 * 3}),
+}
+
+
+@pytest.mark.parametrize("name", WORK)
+def test_viewport_reads_and_draws_what_changed_alone(
+    crowd: tuple[Window, list[bpy.types.Object]], work: dict[str, int], name: str
+) -> None:
+    """All objects of one mesh and one material are drawn in one call."""
+    window, squares = crowd
+    before = window.draw()
+    edit, expected = WORK[name]
+    edit(window, squares)
+    bpy.context.view_layer.update()
+    for _ in range(4):
+        seen = window.draw()
+    assert work == expected
+    if not expected:
+        assert seen == before != 0.0
+
+
 @pytest.mark.parametrize("name", ["state.blend_set", "types.GPUUniformBuf", "types.GPUFrameBuffer"])
 def test_viewport_says_once_what_failed_and_draws_again_after_an_edit(stage: Stage, monkeypatch, name: str) -> None:
     stage.square()
@@ -534,6 +630,22 @@ def test_empty_meshes(stage: Stage) -> None:
     assert seen.at(0.0) == gray(LIT) and seen.at(1.5) == gray(0.0)
 
 
+def test_objects_of_other_kinds_are_left_out_by_name(stage: Stage, capfd) -> None:
+    stage.square()
+    for name, data in (
+        ("Hair", bpy.data.hair_curves.new("Hair")),
+        ("Points", bpy.data.pointclouds.new("Points")),
+        ("Smoke", bpy.data.volumes.new("Smoke")),
+    ):
+        stage.link(bpy.data.objects.new(name, data))
+    assert stage.render().at(0.0) == gray(LIT)
+    assert set(warnings(capfd)) == {
+        "Hair is left out: hair curves are not drawn",
+        "Points is left out: point clouds are not drawn",
+        "Smoke is left out: volumes are not drawn",
+    }
+
+
 def test_empty_scene(stage: Stage) -> None:
     assert set(stage.render().pixels) == {0.0, 1.0}
 
@@ -628,6 +740,73 @@ def white_image(width: int) -> bpy.types.Image:
     image = bpy.data.images.new("White", width, 4, float_buffer=width < 10)
     image.generated_color = (1.0, 1.0, 1.0, 1.0)
     return image
+
+
+def painted(image: bpy.types.Image, *color: float) -> None:
+    image.pixels.foreach_set([*color, 1.0] * (image.size[0] * image.size[1]))
+
+
+def scaled(image: bpy.types.Image) -> None:
+    image.scale(8, 8)
+    painted(image, 0.0, 0.0, 1.0)
+
+
+def generated(image: bpy.types.Image) -> None:
+    image.source, image.generated_type = "GENERATED", "BLANK"
+    image.generated_color = (0.0, 0.0, 1.0, 1.0)
+
+
+def from_file(image: bpy.types.Image) -> None:
+    image.filepath = image.filepath.replace("first", "second")
+
+
+def reloaded(image: bpy.types.Image) -> None:
+    Path(image.filepath).write_bytes(Path(image.filepath.replace("first", "second")).read_bytes())
+    image.reload()
+
+
+def packed(image: bpy.types.Image) -> None:
+    from_file(image)
+    image.pack()
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [lambda image: painted(image, 0.0, 0.0, 1.0), scaled, generated, from_file, reloaded, packed],
+    ids=lambda edit: edit.__name__,
+)
+def test_viewport_shows_the_image_that_a_script_has_changed(
+    stage: Stage, image_node: bpy.types.Node, edit: Callable[[bpy.types.Image], None]
+) -> None:
+    """Red becomes blue, with a picture that had all its samples."""
+    for name, color in (("first", (1.0, 0.0, 0.0)), ("second", (0.0, 0.0, 1.0))):
+        image = bpy.data.images.new(name, 4, 4)
+        painted(image, *color)
+        image.filepath_raw, image.file_format = str(stage.folder / f"{name}.png"), "PNG"
+        image.save()
+    image_node.image = bpy.data.images.load(str(stage.folder / "first.png"))
+    stage.scene.true_diffuse.viewport_samples = 2
+    window = Window(WIDTH)
+    window.context.region_data.perspective_matrix = Matrix.Translation((0.5, 0.0, 0.0)) @ Matrix.Diagonal((0.5, 0.75, -0.01, 1.0))
+
+    def read(_: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+        window.viewport.update(window, window.context, depsgraph)
+
+    def seen() -> list[float]:
+        bpy.context.view_layer.update()
+        for _ in range(4):
+            window.draw()
+        return window.target.read().to_list()[HEIGHT // 2][WIDTH // 2][:3]
+
+    bpy.app.handlers.depsgraph_update_post.append(read)
+    try:
+        stage.scene.update_tag()
+        assert seen() == pytest.approx((1.0 / math.pi, 0.0, 0.0), rel=2e-6)
+        edit(image_node.image)
+        image_node.image.update()
+        assert seen() == pytest.approx((0.0, 0.0, 1.0 / math.pi), rel=2e-6)
+    finally:
+        bpy.app.handlers.depsgraph_update_post.remove(read)
 
 
 def test_missing_image_is_pink_with_a_message(stage: Stage, image_node: bpy.types.Node, capfd) -> None:
@@ -790,6 +969,75 @@ def test_view_layers(stage: Stage) -> None:
     read = subprocess.run([sys.executable, "-c", LAYERS, path], capture_output=True, text=True, check=True)
     middles = [tuple(map(float, line.split())) for line in read.stdout.splitlines()]
     assert middles == [gray(LIT), gray(0.0)]
+
+
+def object_holds_out(item: bpy.types.Object) -> None:
+    item.is_holdout = True
+
+
+def collection_holds_out(item: bpy.types.Object) -> None:
+    collection = bpy.data.collections.new("Held out")
+    bpy.context.scene.collection.children.link(collection)
+    collection.objects.link(item)
+    bpy.context.scene.collection.objects.unlink(item)
+    bpy.context.view_layer.layer_collection.children["Held out"].holdout = True
+
+
+def instancer_holds_out(item: bpy.types.Object) -> None:
+    collection = bpy.data.collections.new("Instanced")
+    collection.objects.link(item)
+    bpy.context.scene.collection.objects.unlink(item)
+    empty = bpy.data.objects.new("Instance", None)
+    empty.instance_type, empty.instance_collection, empty.is_holdout = "COLLECTION", collection, True
+    bpy.context.scene.collection.objects.link(empty)
+
+
+@pytest.mark.parametrize(
+    "hold_out", [object_holds_out, collection_holds_out, instancer_holds_out], ids=lambda function: function.__name__
+)
+@pytest.mark.parametrize("is_transparent", [False, True], ids=["opaque film", "transparent film"])
+def test_holdout_is_a_hole_as_in_cycles(stage: Stage, hold_out: Callable[[bpy.types.Object], None], is_transparent: bool) -> None:
+    """Black without alpha, whatever is behind it; its shadow falls on others."""
+    stage.scene.render.film_transparent = is_transparent
+    stage.scene.world = bpy.data.worlds.new("World")
+    stage.scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.5, 0.5, 0.5, 1.0)
+    hold_out(stage.square(0.5))
+    beside = 1.5  # nothing is there
+    seen = stage.render()
+    assert seen.at(0.0) == (0.0, 0.0, 0.0, 0.0)
+    assert seen.at(beside) == ((0.0, 0.0, 0.0, 0.0) if is_transparent else gray(0.5))
+    stage.scene.render.engine = engines.CYCLES.identifier
+    engines.use(stage.scene, engines.CYCLES, 1)
+    cycles = stage.render()
+    assert [cycles.at(x) for x in (0.0, beside)] == [seen.at(x) for x in (0.0, beside)]
+
+
+def test_object_of_an_indirect_only_collection_casts_its_shadow_alone(stage: Stage) -> None:
+    stage.square()
+    collection = bpy.data.collections.new("Above")
+    stage.scene.collection.children.link(collection)
+    above = stage.square(0.5)
+    above.location.z = 1.0
+    collection.objects.link(above)
+    stage.scene.collection.objects.unlink(above)
+    bpy.context.view_layer.layer_collection.children["Above"].indirect_only = True
+    seen = stage.render()
+    assert seen.at(0.0) == gray(0.0) and seen.at(0.75) == gray(LIT)
+
+
+def test_view_layer_overrides(stage: Stage, monkeypatch) -> None:
+    """A view layer's material, world and samples go before the scene's."""
+    item = stage.square()
+    bpy.data.objects.remove(stage.sun)
+    item.data.materials.append(materials.create_plain("Own")[0])
+    layer, other = bpy.context.view_layer, materials.create_plain("Other")
+    other[1].inputs["Color"].default_value = (0.25, 0.25, 0.25, 1.0)
+    layer.material_override, layer.world_override, layer.samples = other[0], bpy.data.worlds.new("Other"), 3
+    layer.world_override.node_tree.nodes["Background"].inputs["Color"].default_value = (0.5, 0.5, 0.5, 1.0)
+    real, drawn = renderer.Renderer.add, []
+    monkeypatch.setattr(renderer.Renderer, "add", lambda *arguments: drawn.append(1) or real(*arguments))
+    seen = stage.render()
+    assert seen.at(0.0) == gray(0.125) and seen.at(1.5) == gray(0.5) and len(drawn) == 3
 
 
 def test_stereoscopic_views(stage: Stage) -> None:

@@ -320,6 +320,133 @@ def override(stage: Stage) -> None:
     bpy.context.view_layer.material_override = stage.materials[2]
 
 
+def world_override(stage: Stage) -> None:
+    world = bpy.data.worlds.new("Other")
+    world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.1, 0.5, 0.3, 1.0)
+    stage.scene.view_layers[0].world_override = world
+
+
+def selected(stage: Stage) -> None:
+    stage.objects[1].select_set(True)
+    bpy.context.view_layer.objects.active = stage.objects[2]
+
+
+def hidden(stage: Stage) -> None:
+    stage.objects[1].hide_set(True)
+
+
+def shown_in_the_place_of_another(stage: Stage) -> None:
+    """As many objects as before, in the same places."""
+    stage.objects.append(add(4.0, size=0.7))
+    stage.objects[-1].hide_set(True)
+    bpy.context.view_layer.update()
+    stage.objects[-1].hide_set(False)
+    stage.objects[2].hide_set(True)
+
+
+def collected(stage: Stage) -> bpy.types.LayerCollection:
+    """Return the layer's own of a collection that has the object in the middle."""
+    collection = bpy.data.collections.new("Few")
+    stage.scene.collection.children.link(collection)
+    collection.objects.link(stage.objects[1])
+    stage.scene.collection.objects.unlink(stage.objects[1])
+    bpy.context.view_layer.update()
+    return bpy.context.view_layer.layer_collection.children["Few"]
+
+
+def collection_hidden(stage: Stage) -> None:
+    collected(stage).hide_viewport = True
+
+
+def collection_holds_out(stage: Stage) -> None:
+    collected(stage).holdout = True
+
+
+def collection_is_indirect(stage: Stage) -> None:
+    collected(stage).indirect_only = True
+
+
+def holds_out(stage: Stage) -> None:
+    stage.objects[1].is_holdout = True
+
+
+def attribute_edited(stage: Stage) -> None:
+    color_from_attribute(stage)
+    bpy.context.view_layer.update()
+    stage.assert_as_new()
+    for item in stage.objects[1].data.color_attributes[0].data:
+        item.color = (0.9, 0.1, 0.4, 1.0)
+
+
+def shape_key_moved(stage: Stage) -> None:
+    stage.objects[1].shape_key_add(name="Basis")
+    key = stage.objects[1].shape_key_add(name="Wide")
+    key.points[0].co.x = -2.5
+    bpy.context.view_layer.update()
+    stage.assert_as_new()
+    key.value = 0.5
+
+
+def posed(stage: Stage) -> None:
+    """A bone takes all of the mesh with it."""
+    armature = bpy.data.objects.new("Armature", bpy.data.armatures.new("Armature"))
+    stage.scene.collection.objects.link(armature)
+    bpy.context.view_layer.objects.active = armature
+    bpy.ops.object.mode_set(mode="EDIT")
+    armature.data.edit_bones.new("Bone").tail = (0.0, 0.0, 1.0)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    stage.objects[1].vertex_groups.new(name="Bone").add(range(4), 1.0, "ADD")
+    stage.objects[1].modifiers.new("Armature", "ARMATURE").object = armature
+    bpy.context.view_layer.update()
+    stage.assert_as_new()
+    armature.pose.bones["Bone"].location.x = 0.5
+
+
+def text_edited(stage: Stage) -> None:
+    text = bpy.data.curves.new("Text", "FONT")
+    text.body, text.size = "\u2588", 2.0
+    stage.scene.collection.objects.link(bpy.data.objects.new("Text", text))
+    bpy.context.view_layer.update()
+    stage.assert_as_new()
+    text.body = "\u2588\u2588"
+
+
+def metaball_edited(stage: Stage) -> None:
+    ball = bpy.data.metaballs.new("Ball")
+    ball.elements.new().radius = 0.7
+    stage.scene.collection.objects.link(bpy.data.objects.new("Ball", ball))
+    bpy.context.view_layer.update()
+    stage.assert_as_new()
+    ball.elements[0].radius = 1.2
+
+
+def instances_moved(stage: Stage) -> None:
+    instanced(stage)
+    bpy.context.view_layer.update()
+    stage.assert_as_new()
+    bpy.data.objects["Instance"].location.x = -2.0
+
+
+def image_made_of_floats(stage: Stage) -> None:
+    """Floats are linear where bytes are sRGB: this is part of the shader."""
+    image = bpy.data.images.new("Paint", 2, 2)
+    image.generated_color = (0.2, 0.4, 0.6, 1.0)
+    tree = stage.materials[1].node_tree
+    texture = tree.nodes.new("ShaderNodeTexImage")
+    texture.image = image
+    tree.links.new(texture.outputs["Color"], stage.group(1).inputs["Color"])
+    bpy.context.view_layer.update()
+    stage.assert_as_new()
+    image.use_generated_float = True
+
+
+def scale_of_the_scene(stage: Stage) -> None:
+    stage.objects[1].data.materials[0] = bpy.data.materials["Coated"]
+    bpy.context.view_layer.update()
+    stage.assert_as_new()
+    stage.scene.unit_settings.scale_length = 0.01
+
+
 # For each edit: how many meshes are read again.
 EDITS = {
     moved: 0,
@@ -345,6 +472,22 @@ EDITS = {
     driven: 0,
     another_frame: 0,
     override: 0,
+    world_override: 0,
+    selected: 0,
+    hidden: 0,
+    shown_in_the_place_of_another: 1,
+    collection_hidden: 0,
+    collection_holds_out: 0,
+    collection_is_indirect: 0,
+    holds_out: 0,
+    attribute_edited: None,
+    shape_key_moved: None,
+    posed: None,
+    text_edited: None,
+    metaball_edited: None,
+    instances_moved: None,
+    image_made_of_floats: None,
+    scale_of_the_scene: None,
     curve_edited: None,
     in_edit_mode: None,
     after_edit_mode: None,

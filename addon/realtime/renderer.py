@@ -126,7 +126,7 @@ class Renderer:
         if shadow_codes != self._shadow_codes:
             self._shadow_codes, self._tiles = shadow_codes, None
         if cache.lights is not self._lights:
-            self._lights, self._tiles = cache.lights, None
+            self._lights = cache.lights
             self._light_block = _uniform_buffer(lights_to_bytes(cache.lights))
         if cache.groups is not self._groups or cache.matrices is not self._matrices:
             self._place_objects()

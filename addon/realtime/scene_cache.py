@@ -20,6 +20,7 @@ from .objects import Identity, IsShown, Part, Visibility
 from .program import MAX_LIGHTS, Inputs, Lighting, Variant
 
 BLACK: Rgb = (0.0, 0.0, 0.0)
+NOT_DRAWN = {"CURVES": "hair curves", "POINTCLOUD": "point clouds", "VOLUME": "volumes"}  # by Blender's types of objects
 NO_MATERIAL = 0  # in the place of a material's session_uid
 
 type MeshKey = tuple[int, int]
@@ -175,15 +176,19 @@ class SceneCache:
         has_collections, layer = bool(objects.layer_collections(depsgraph)), depsgraph.view_layer_eval
         for index, instance in enumerate(depsgraph.object_instances):
             item = instance.object
-            if item.type not in ("MESH", "LIGHT"):  # Blender lists the meshes of texts, curves, surfaces and metaballs separately
+            kind = item.type
+            if kind not in ("MESH", "LIGHT", *NOT_DRAWN):  # Blender lists the meshes of texts, curves and metaballs separately
                 continue
             owner = instance.parent if instance.is_instance else item
             if not instance.show_self or not (is_shown is None or is_shown(owner)):
                 continue
+            if kind in NOT_DRAWN:
+                said[f"{item.name} is left out: {NOT_DRAWN[kind]} are not drawn"] = None
+                continue
             if index in self._not_finite:
                 said[f"{item.name} is left out: its location or scale is not finite or too large"] = None
                 continue
-            if item.type == "LIGHT":
+            if kind == "LIGHT":
                 self._light_objects.add(index)
                 continue
             uid, owner_uid = item.original.session_uid, owner.original.session_uid
