@@ -10,7 +10,9 @@ import json
 import math
 import random
 import sys
+from argparse import Namespace
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -22,7 +24,9 @@ import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.addon import models
 from true_diffuse.addon.models import Model
 from true_diffuse.addon.models.vector import Vector, dot
-from true_diffuse.scripts.cli.console import Parser, Terminal, end, script_arguments
+from true_diffuse.scripts.characters import reading
+from true_diffuse.scripts.cli import process
+from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, end, say_error, script_arguments
 from true_diffuse.scripts.studies import materialx_code
 from true_diffuse.scripts.studies.float32_accuracy import anywhere, single_vector
 from true_diffuse.scripts.studies.study import Table, text
@@ -41,18 +45,26 @@ def main() -> int:
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="USD files")
     parser.add_argument("--json", action="store_true", help="print the records, and nothing else")
     options = parser.parse_args(script_arguments())
+    return process.alone("check_usd.py", partial(run, options), "nothing written")
+
+
+def run(options: Namespace) -> int:
+    """Check the files and print what is found; returns the exit status."""
     records = []
-    for file in options.files:
-        try:
-            stage = Usd.Stage.Open(str(file))
-        except Tf.ErrorException:
-            parser.error(f"cannot open {file}")
-        records += list(check(file, stage))
-    if options.json:
-        print(json.dumps(records))
-    else:
-        with Terminal() as terminal:
-            terminal.table("Materials, as OpenUSD and MaterialX have them", *table(records))
+    try:
+        with Terminal() as terminal:  # which keeps OpenUSD's warnings to itself
+            for file in options.files:
+                try:
+                    with reading.limited(file):
+                        records += list(check(file, Usd.Stage.Open(str(file))))
+                except (Tf.ErrorException, UnicodeDecodeError) as error:
+                    raise BadInput(f"cannot read {file}: it is damaged, or not there") from error
+            if options.json:
+                terminal.say(json.dumps(records))
+            else:
+                terminal.table("Materials, as OpenUSD and MaterialX have them", *table(records))
+    except BadInput as error:
+        return say_error("check_usd.py", str(error))
     return 1 if any(record["problems"] for record in records) else 0
 
 

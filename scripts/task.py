@@ -11,9 +11,9 @@ import json
 import os
 import signal
 import sys
-import tempfile
 from argparse import Namespace
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.characters import reading
 from true_diffuse.scripts.cli import process
-from true_diffuse.scripts.cli.console import BadInput, Parser, Show, Terminal, end, say_error, say_stopped, script_arguments
+from true_diffuse.scripts.cli.console import CLOSED_PIPE, BadInput, Parser, Show, Terminal, end, say_error, script_arguments
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import NO_SHADER_CACHE, start_blender
 from true_diffuse.scripts.farm import worker
@@ -41,10 +41,14 @@ PARAMETERS = ("character", "frame", "engine", "look", "scene", "seed", "variant"
 def main() -> int:
     """Run the script; returns the exit status: 1 where a task failed, 2 for what the user can fix."""
     options = parse(script_arguments())
-    room = process.room()
+    if options.session:  # whose own Blender reads the files
+        return run(options)
+    return process.alone("task.py", partial(run, options), "run it again to go on from here")
+
+
+def run(options: Namespace) -> int:
+    """Do what the options ask for; returns the exit status as `main` does."""
     try:
-        if room is None and not options.session:  # where it is to read files itself, which may make Blender crash
-            return in_second_process()
         COMMANDS[options.command](options)
     except WorkError as error:
         print(*error.details, f"openjd_fail: {error}", sep="\n", flush=True)
@@ -52,19 +56,9 @@ def main() -> int:
     except BadInput as error:
         print(f"openjd_fail: {error}", flush=True)
         return say_error("task.py", str(error))
+    except BrokenPipeError:
+        return CLOSED_PIPE
     return 0
-
-
-def in_second_process() -> int:
-    """Do the same in a process of its own; returns its exit status."""
-    with tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder:
-        try:
-            ended = process.again(Path(folder))
-        except process.Stopped as stopped:
-            return say_stopped("task.py", "run it again to go on from here", stopped.number)
-    if isinstance(ended, str):
-        raise WorkError(ended)
-    return ended
 
 
 def parse(arguments: list[str]) -> Namespace:

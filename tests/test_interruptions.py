@@ -91,7 +91,7 @@ def test_crash_is_one_line(endless: subprocess.Popen[str], tmp_path: Path) -> No
     (second,) = wait_for(lambda: children(endless.pid))
     os.kill(second, signal.SIGSEGV)
     _, said = endless.communicate(timeout=5)
-    assert endless.returncode == 2 and said == "compare.py: error: Blender crashed (SIGSEGV)\n"
+    assert endless.returncode == 2 and said == "compare.py: error: crashed (SIGSEGV)\n"
     assert not (tmp_path / "out").exists()
 
 

@@ -298,6 +298,8 @@ def _stop_programs(path: Path, loaded: Collection[bpy.types.ID], say: Say) -> No
 
 def importer_reason(error: Exception) -> str:
     """Return the reason of an importer's error in one line; where it is Python's own, what its traceback ends with."""
+    if isinstance(error, MemoryError):
+        return "it needs more memory than there is"
     lines = [line.strip() for line in _text(error).splitlines() if line.strip()]
     if lines and (found := USD_ERROR.search(lines[0])):
         place = USD_PLACE.search(found[1])
@@ -341,6 +343,7 @@ def _renderable(collection: bpy.types.LayerCollection) -> Iterator[bpy.types.Obj
 
 def _show_as_rendered(scene: bpy.types.Scene, frame: int | None) -> None:
     """Evaluate `scene` at a frame, with modifiers as they are rendered."""
+    reading.go_on()
     layer = scene.view_layers[0]
     if frame is not None:
         scene.frame_set(frame)

@@ -43,6 +43,12 @@ def limited(file: str | Path) -> Generator[None]:
         _note.unlink(missing_ok=True)
 
 
+def go_on() -> None:
+    """Begin the time anew: what takes so long is many frames, not one."""
+    if _note is not None and _note.exists() and os.name == "posix":
+        signal.alarm(SECONDS)
+
+
 @contextmanager
 def _memory() -> Generator[None]:
     """Let the process grow by no more than MEMORY, where the system can limit that."""
@@ -69,8 +75,8 @@ def ending(note: Path, status: int) -> str:
     if os.name == "posix" and -status == signal.SIGALRM:
         return f"reading {read_last(note)} takes longer than {SECONDS} s: it is damaged, or too large"
     if file := read_last(note):
-        return f"Blender crashed ({name}) while it read {file}: it is damaged, or needs more memory than there is"
-    return f"Blender crashed ({name})"
+        return f"crashed ({name}) while reading {file}: it is damaged, or needs more memory than there is"
+    return f"crashed ({name})"
 
 
 def read_last(note: Path) -> str:

@@ -9,12 +9,14 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
 from true_diffuse.scripts.characters import reading
+from true_diffuse.scripts.cli.console import say_error, say_stopped
 
 ROOM = "TRUE_DIFFUSE_ROOM"  # the environment variable that tells the second process its folder
 NOTE = "reading"  # in that folder: the file that is being read
@@ -36,6 +38,21 @@ def room() -> Path | None:
     _end_with_input()
     reading.supervised(Path(given, NOTE))
     return Path(given)
+
+
+def alone(prog: str, work: Callable[[], int], left: str) -> int:
+    """Do `work` in the second process, which has no output folder; return the exit status, having said what it crashed of.
+
+    `left` is what an interrupt leaves, in words.
+    """
+    if room() is not None:
+        return work()
+    with tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder:
+        try:
+            ended = again(Path(folder))
+        except Stopped as stopped:
+            return say_stopped(prog, left, stopped.number)
+    return ended if isinstance(ended, int) else say_error(prog, ended)
 
 
 def again(folder: Path) -> int | str:
