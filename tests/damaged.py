@@ -5,6 +5,7 @@ What compare.py does, without starting Blender for each file: whoever reads find
 """
 
 import json
+import os
 import sys
 from pathlib import Path
 
