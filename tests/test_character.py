@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The characters' meshes from every source, and the framing of the five characters."""
 
+import base64
 import json
 import math
 import struct
@@ -186,6 +187,73 @@ def test_blend_file_of_several_scenes_shows_the_one_with_a_mesh(tmp_path: Path) 
     check_mesh(character.load(str(path), lines.append))
     assert len(lines) == 1 and "With a cone" in lines[0]
     assert len(bpy.data.scenes) == 1
+
+
+CORNERS = ((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 1.0, 1.0))
+MESH = f"""
+    int[] faceVertexCounts = [3, 3]
+    int[] faceVertexIndices = [0, 1, 2, 0, 1, 3]
+    point3f[] points = [{", ".join(map(str, CORNERS))}]
+"""
+
+
+@pytest.mark.parametrize(
+    ("scenes", "parts", "shown"),
+    [
+        ({"scenes": [{"nodes": [0]}, {"name": "Full", "nodes": [1]}]}, 1, "2 scenes: Full"),  # there is no default
+        ({"scenes": [{}, {"name": "Full", "nodes": [1]}], "scene": 0}, 1, "2 scenes: Full"),
+        ({"scenes": [{"name": "A", "nodes": [0]}, {"name": "B"}, {"name": "C", "nodes": [1, 2]}], "scene": 1}, 2, "3 scenes: C"),
+        ({"scenes": [{"name": "A", "nodes": [0]}, {"name": "B", "nodes": [0, 2]}], "scene": 0}, 1, "2 scenes: B"),
+        ({"scenes": [{"nodes": [1]}]}, 1, ""),
+        ({}, 2, ""),  # a library of nodes: all are shown
+    ],
+)
+def test_gltf_shows_the_scene_with_a_mesh(scenes: dict[str, Any], parts: int, shown: str, tmp_path: Path) -> None:
+    content = struct.pack("<12f6I", *(number for corner in CORNERS for number in corner), 0, 1, 2, 0, 1, 3)
+    data = f"data:application/octet-stream;base64,{base64.b64encode(content).decode()}"
+    limits = {"min": [-1.0, 0.0, 0.0], "max": [1.0, 2.0, 1.0]}
+    document = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": len(content), "uri": data}],
+        "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 24}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", **limits},
+            {"bufferView": 1, "componentType": 5125, "count": 6, "type": "SCALAR"},
+        ],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "nodes": [{"name": "Empty"}, {"name": "One", "mesh": 0}, {"name": "Two", "mesh": 0, "translation": [5, 0, 0]}],
+    }
+    path = tmp_path / "scenes.gltf"
+    path.write_text(json.dumps(document | scenes))
+    lines: list[str] = []
+    assert len(character.load_figures(path, (None,), lines.append)[None].parts) == parts
+    assert len(lines) == bool(shown) and all(shown in line for line in lines)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'def Xform "Empty"\n{\n}\ndef Mesh "Figure"\n{MESH}\n',  # no default prim
+        '(\n    defaultPrim = "Gone"\n)\ndef Mesh "Figure"\n{MESH}\n',
+        '(\n    defaultPrim = "Empty"\n)\ndef Xform "Empty"\n{\n}\ndef Mesh "Figure"\n{MESH}\n',
+        'class "Model"\n{\n    def Mesh "Figure"\n    {MESH}\n}\ndef Xform "Instance" (\n    inherits = </Model>\n)\n{\n}\n',
+    ],
+)
+def test_usd_shows_its_meshes_whatever_its_default_is(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "figure.usda"
+    path.write_text("#usda 1.0\n" + text.replace("{MESH}", f"{{{MESH}}}"))
+    assert len(character.load(str(path)).polygons) == 2
+
+
+def test_file_to_export_shows_the_scene_with_a_mesh(tmp_path: Path) -> None:
+    bpy.ops.mesh.primitive_cone_add()
+    bpy.context.scene.name = "With a cone"
+    bpy.context.window.scene = bpy.data.scenes.new("An empty one")
+    path = tmp_path / "scenes.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    lines: list[str] = []
+    assert character.open_blend(path, lines.append).name == "With a cone" == bpy.context.window.scene.name
+    assert len(lines) == 1 and "2 scenes: With a cone" in lines[0]
 
 
 def test_blend_file_does_not_run_its_drivers_python(tmp_path: Path) -> None:

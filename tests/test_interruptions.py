@@ -226,7 +226,10 @@ def test_report_killed_at_any_moment_gives_the_same(tmp_path: Path) -> None:
     assert run_script("report.py", *sphere, "--out", "whole", cwd=tmp_path).returncode == 0
     killed_and_run_again("report.py", *sphere, "--out", "out", cwd=tmp_path, seconds=5.0)
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["index.html", "report.csv", "report.json"]
-    assert errors(tmp_path / "out" / "report.json") == errors(tmp_path / "whole" / "report.json")
+    found, expected = errors(tmp_path / "out" / "report.json"), errors(tmp_path / "whole" / "report.json")
+    # what was rendered before in a process may turn the last bit of a pixel, which is a 32-bit float around 1
+    assert found.keys() == expected.keys()
+    assert all(found[label] == pytest.approx(expected[label], rel=1e-6, abs=1e-6) for label in expected)
 
 
 @pytest.mark.slow
