@@ -124,7 +124,7 @@ def in_folders(path: Path) -> list[Path]:
 
 def test_blend_file_needs_what_blender_says(blend: Path) -> None:
     assert sorted(character.needs(str(blend))) == in_folders(blend)
-    assert not bpy.data.objects and not bpy.data.libraries and len(bpy.data.scenes) == 1
+    assert not bpy.data.objects and len(bpy.data.scenes) == 1
 
 
 def test_each_file_that_is_needed_is_missed_and_no_other(blend: Path) -> None:
@@ -147,6 +147,17 @@ def test_images_of_which_no_tile_or_frame_is_there_are_missed(blend: Path) -> No
             file.unlink()
         with pytest.raises(character.CharacterError, match="which does not exist"):
             character.load(str(blend))
+
+
+def test_library_that_is_packed_is_not_needed(blend: Path) -> None:
+    with bpy.data.libraries.load(str(blend.parent / "needed" / "library.blend"), link=True, pack=True) as (_, target):
+        target.objects = ["Linked"]
+    in_scene(target.objects[0])
+    path = save(blend.parent / "packed.blend")
+    for library in blend.parent.glob("needed/*.blend"):
+        library.unlink()
+    images = [blend.parent / "needed" / name for name in ("of_deep.png", "of_library.png")]
+    assert sorted(character.needs(str(path))) == images and character.load(str(path)).polygons
 
 
 def gltf(folder: Path) -> Path:

@@ -404,8 +404,5 @@ def _remove_imported(before: Mapping[bpy.types.Scene, Collection[bpy.types.Objec
     for mesh in meshes:
         mesh.use_fake_user = True
     bpy.data.orphans_purge(do_recursive=True)
-    used = {block.library for block in bpy.data.user_map()}
-    for library in [library for library in bpy.data.libraries if library not in used]:
-        bpy.data.libraries.remove(library)
     for mesh in meshes:
         mesh.use_fake_user = False

@@ -53,8 +53,11 @@ def of_loaded(shown: Iterable[bpy.types.ID], loaded: Collection[bpy.types.ID], o
         elif not about.is_cache:
             missing.setdefault(block, []).append(file)
 
-    bpy.data.file_path_foreach(see, subset=set(loaded), flags=BLENDER_FLAGS | EXPAND)
-    bpy.data.file_path_foreach(see, subset=set(loaded), flags=BLENDER_FLAGS)  # also has tiles and frames of which there is none
+    # Libraries that something is read from, not those whose data-blocks are packed in the file.
+    libraries = {block.library for block in loaded if block.library and not block.library.is_archive}
+    asked = {block for block in loaded if not isinstance(block, bpy.types.Library)} | libraries
+    bpy.data.file_path_foreach(see, subset=asked, flags=BLENDER_FLAGS | EXPAND)
+    bpy.data.file_path_foreach(see, subset=asked, flags=BLENDER_FLAGS)  # also has tiles and frames of which there is none
     missing = {block: lost for block, lost in missing.items() if block not in found}
     for block in loaded:
         if isinstance(block, bpy.types.Image) and block.source == "TILED" and not block.packed_files:

@@ -81,9 +81,14 @@ def say_error(prog: str, message: str) -> int:
 
 def say_stopped(prog: str, left: str, number: int) -> int:
     """Say that a signal of this number has stopped the work and what is `left` of it; return the exit status."""
-    show_cursor = "\033[?25h" if sys.stderr.isatty() else ""
-    print(f"{show_cursor}\n{prog}: stopped, {left}", file=sys.stderr)
+    print(f"\n{prog}: stopped, {left}", file=sys.stderr)
     return 128 + number
+
+
+def show_cursor() -> None:
+    """Show the terminal's cursor, which a bar hides that could not end."""
+    if sys.stderr.isatty():
+        print("\033[?25h", end="", file=sys.stderr, flush=True)
 
 
 class Terminal:

@@ -6,6 +6,7 @@ only waits, for the second and for signals, and cleans up after it.
 """
 
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -16,7 +17,7 @@ from pathlib import Path
 from types import FrameType
 
 from true_diffuse.scripts.characters import reading
-from true_diffuse.scripts.cli.console import say_error, say_stopped
+from true_diffuse.scripts.cli.console import say_error, say_stopped, show_cursor
 
 ROOM = "TRUE_DIFFUSE_ROOM"  # the environment variable that tells the second process its folder
 NOTE = "reading"  # in that folder: the file that is being read
@@ -70,6 +71,7 @@ def again(folder: Path) -> int | str:
             if process and process.poll() is None:
                 process.kill()
                 process.wait()
+            show_cursor()
     return status if 0 <= status < 256 else reading.ending(folder / NOTE, status)  # Windows has large numbers for crashes
 
 
@@ -87,7 +89,6 @@ def _signals() -> Generator[Callable[[], None]]:
 
     What is started before inherits that they are blocked: this process tells it to end, not the terminal.
     """
-
     blocks = hasattr(signal, "pthread_sigmask")
 
     def unblock() -> None:
@@ -106,6 +107,7 @@ def _signals() -> Generator[Callable[[], None]]:
     try:
         yield unblock
     finally:
+        unblock()
         for number, handler in before.items():
             signal.signal(number, handler)
 
@@ -122,3 +124,5 @@ def _end_with_input() -> None:
     # The system ends it by SIGIO, without Python, which waits for Blender.
     fcntl.fcntl(0, fcntl.F_SETOWN, os.getpid())
     fcntl.fcntl(0, fcntl.F_SETFL, fcntl.fcntl(0, fcntl.F_GETFL) | os.O_ASYNC)
+    if select.select([0], [], [], 0.0)[0]:  # it has ended already
+        os._exit(1)
