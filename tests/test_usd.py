@@ -257,7 +257,7 @@ def test_round_trip_is_equal(tmp_path: Path) -> None:
     draw = random.Random(6)
     made = []
     for model in MODELS.values():
-        for mode, _ in QUALITIES:
+        for mode in QUALITIES:
             color = (*(single(draw, 0.0, 1.0) for _ in range(3)), 1.0)
             inputs = {"Model": model.label, "Quality": mode, "Color": color, "Roughness": single(draw, 0.0, 1.5)}
             made.append(materials.create("Rough", ROUGH_DIFFUSE, IOR=single(draw, 1.0, 3.0), **inputs))

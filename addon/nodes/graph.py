@@ -386,6 +386,10 @@ class Graph:
     def less_than(self, a: Operand, b: Operand) -> Value:
         return self.math("LESS_THAN", a, b)
 
+    def equals(self, a: Operand, b: Operand) -> Value:
+        """Return 1 where two whole numbers are equal, else 0."""
+        return self.math("COMPARE", a, b, 0.5)
+
     def mean(self, vector: Value) -> Value:
         """Return the mean of a vector's components."""
         return self.vector_math("DOT_PRODUCT", vector, (1.0 / 3.0,) * 3, output="Value")
@@ -496,7 +500,7 @@ class Graph:
         return {output.name: Value(self, output) for output in node.outputs}
 
     def menu(self, menu: Value, kind: str, cases: Sequence[tuple[str, str, Operand]]) -> Value:
-        """Return what `menu` selects among `cases` (entry, description, value) of data type `kind`; the rest is not computed.
+        """Return what `menu` selects among `cases` (entry, description, value) of data type `kind`; the others cost nothing.
 
         One such node serves a menu: Blender wants its entries defined in one place.
         """
@@ -509,22 +513,24 @@ class Graph:
             self.link(value, socket)
         return Value(self, node.outputs[0])
 
-    def bundle(self, items: Mapping[str, tuple[str, Operand]]) -> Value:
-        """Return several values as one, by name with their data types."""
-        node = self.add("NodeCombineBundle")
-        for name, (kind, _) in items.items():
-            node.bundle_items.new(kind, name)
-        for name, (_, value) in items.items():
-            self.link(value, node.inputs[name])
-        return Value(self, node.outputs[0])
+    def switch(self, number: Operand, closures: Mapping[int, Value]) -> Value:
+        """Return the closure of `number`, one of the keys; the others cost nothing, neither in a shader nor in making it.
 
-    def unbundle(self, bundle: Value, kinds: Mapping[str, str]) -> dict[str, Value]:
-        """Return the values of a bundle by name, given their data types."""
-        node = self.add("NodeSeparateBundle")
-        for name, kind in kinds.items():
-            node.bundle_items.new(kind, name)
-        self.link(bundle, node.inputs[0])
-        return {name: Value(self, node.outputs[name]) for name in kinds}
+        `number` must be known when the shader is made: it may come from menus, drivers and arithmetic of these alone. Of Blender's
+        nodes a Repeat zone takes such a number: with 0 iterations its input comes out of it, with 1 what its body ends with, and
+        Blender looks at nothing else (5.2, shader_nodes_inline.cc).
+        """
+        (_, chosen), *others = closures.items()
+        for key, closure in others:
+            begin, end = self.add("GeometryNodeRepeatInput"), self.add("GeometryNodeRepeatOutput")
+            begin.pair_with_output(end)
+            end.repeat_items.clear()
+            end.repeat_items.new("SHADER", "BSDF")
+            self.link(number if tuple(closures) == (0, 1) else self.equals(number, float(key)), begin.inputs["Iterations"])
+            self.link(chosen, begin.inputs["BSDF"])
+            self.link(closure, end.inputs["BSDF"])
+            chosen = Value(self, end.outputs["BSDF"])
+        return chosen
 
     def arrange(self) -> None:
         """Lay the nodes out in columns, each one right of all that feed it, so that a person can read the group."""

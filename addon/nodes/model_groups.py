@@ -3,9 +3,10 @@
 
 from collections.abc import Callable
 
+from ..blender.osl import compiles_osl
 from ..closures.lobe import CYCLES, GRAZING, PAIR, SIGNED, SINGLE
 from ..closures.lobe_table import TABLE
-from ..closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
+from ..closures.quality import CHOSEN_LIGHTS, EEVEE_LOBES, NUMBERS
 from ..models.fujii import K1, FujiiTerms
 from ..models.registry import CyclesClosures, ReflectanceModel
 from ..models.terms import Expansion, SingleLightTerms
@@ -14,18 +15,23 @@ from .graph import COLOR, Graph, Group, Number, Socket, Value
 from .lobe_nodes import AWAY_LOBE, LOBE_PAIR, SIGNED_LOBES, SIGNED_LOBES_UNDER, SINGLE_LOBE, SINGLE_SCATTERING
 from .model_nodes import N, Surface, parameters
 
+CHOSEN = NUMBERS[CHOSEN_LIGHTS]
+QUALITY = Socket("Quality", "NodeSocketFloat", "Number of the quality", 0.0)
+OSL = Socket("OSL", "NodeSocketShader", "The closure in Open Shading Language")
+
 type Weights = Callable[[str], list[Number]]  # of a set's lobes
 
 
 def build_model(graph: Graph, model: ReflectanceModel) -> dict[str, Value]:
-    """Return the closures of `model` by quality. A model of Lambert's shape is one closure in every quality and engine."""
+    """Return the closure of `model` in the chosen quality. One of Lambert's shape is the same in every quality and engine."""
     surface = Surface(graph, model)
     expansion, color = surface.terms.expansion(), surface.view.color
+    chosen = for_chosen_lights(surface, model)
     if all(map(graph.negligible, expansion.functions.values())):
         lambert = graph.diffuse(color * expansion.facing, surface.n)
-        smooth = bool(expansion.functions)  # a rough model at roughness 0: Lambert under one light, too
-        chosen = None if smooth else for_chosen_lights(surface, model)
-        return {BALANCED: lambert, FAST: lambert, PRECISE: lambert, CHOSEN_LIGHTS: chosen or lambert}
+        if expansion.functions or not chosen:  # a rough model at roughness 0 is Lambert under one light, too
+            return {"BSDF": lambert}
+        return {"BSDF": graph.switch(graph.equals(graph.input(QUALITY), CHOSEN), {0: lambert, 1: chosen})}
 
     family = model.functions[0].name
 
@@ -44,6 +50,8 @@ def build_model(graph: Graph, model: ReflectanceModel) -> dict[str, Value]:
 
     frame = {"N": surface.n, "Tangent": surface.tangent}
     in_cycles = cycles_closures(surface, model, expansion, weights)
+    if model.osl is not None and model.cycles is not CyclesClosures.DIFFUSE and compiles_osl():
+        in_cycles = graph.switch(graph.uses_osl(), {0: in_cycles, 1: graph.input(OSL)})
     z, x = weights(SINGLE)
     single = graph.group(SINGLE_LOBE, **frame, Facing=color * (expansion.facing + z), Toward=color * x)["BSDF"]
     z, bent = weights(PAIR)
@@ -55,13 +63,14 @@ def build_model(graph: Graph, model: ReflectanceModel) -> dict[str, Value]:
         Toward=color * bent,
         Up=up.up_0 + surface.view.mu * up.up_1,
     )["BSDF"]
-    signed = signed_lobes(surface, model, expansion, weights(SIGNED))
+    lobes = {PAIR: pair, SINGLE: single, SIGNED: signed_lobes(surface, model, expansion, weights(SIGNED))}
     in_eevee = graph.in_eevee()
-    closures = {
-        quality: graph.mix_shader(in_eevee, in_cycles, shader)
-        for quality, shader in ((BALANCED, pair), (FAST, single), (PRECISE, signed))
+    by_quality = {
+        NUMBERS[quality]: graph.switch(in_eevee, {0: in_cycles, 1: lobes[lobe_set]}) for quality, lobe_set in EEVEE_LOBES.items()
     }
-    return closures | {CHOSEN_LIGHTS: for_chosen_lights(surface, model) or closures[BALANCED]}
+    if chosen:
+        by_quality[CHOSEN] = chosen
+    return {"BSDF": graph.switch(graph.input(QUALITY), by_quality)}
 
 
 def for_chosen_lights(surface: Surface, model: ReflectanceModel) -> Value | None:
@@ -180,7 +189,7 @@ EON_CHANNELS = Group(
 
 def model_group(model: ReflectanceModel) -> Group:
     """Return the inner group of a model."""
-    return _group("model", model.label, model, (), build_model)
+    return _group("model", model.label, model, (QUALITY, OSL), build_model)
 
 
 def _group(
@@ -194,7 +203,7 @@ def _group(
         f"{prefix}_{model.id}",
         f".True Diffuse {label}",
         label,
-        2,
+        3,
         model.description,
         (COLOR, *parameters(model), N, *more),
         lambda graph: build(graph, model),

@@ -12,6 +12,8 @@ T is what the layers above leave: `closures/principled_layers.py`. The rest is a
 t / (t + (1 - t) s) and, of what remains, Subsurface in full: so every layer has the weight that it has in one Principled.
 """
 
+from collections.abc import Mapping
+
 from ..closures.principled_layers import (
     CYCLES,
     EEVEE,
@@ -153,32 +155,26 @@ def build_native(graph: Graph) -> dict[str, Value]:
     """Return Blender's Principled BSDF with the menus as inputs, and whether its distribution keeps all light."""
     values: dict[int | str, Operand] = {socket.name: graph.input(socket) for socket in PRINCIPLED_SOCKETS}
     values[SCALE.name] = graph.input(SCALE) * (graph.meter() * MILLIMETER)
-    by_method = []
-    for method, (entry, text) in METHODS.items():
+    by_method = {}
+    for method_number, method in enumerate(METHODS):
         has = {name: value for name, value in values.items() if method not in LACKED_BY.get(name, ())}
-        nodes: dict[str, tuple[str, Operand]] = {
-            distribution: (
-                "SHADER",
-                graph.node("ShaderNodeBsdfPrincipled", has, distribution=distribution, subsurface_method=method),
-            )
-            for distribution in DISTRIBUTIONS
-        }
-        by_method.append((entry, text, graph.bundle(nodes)))
-    chosen = graph.unbundle(graph.menu(graph.input(METHOD), "BUNDLE", by_method), dict.fromkeys(DISTRIBUTIONS, "SHADER"))
-    by_distribution = []
-    for distribution, (entry, text) in DISTRIBUTIONS.items():
-        items = {"BSDF": ("SHADER", chosen[distribution]), KEEPS_ALL.name: ("FLOAT", float(distribution == "MULTI_GGX"))}
-        by_distribution.append((entry, text, graph.bundle(items)))
-    return graph.unbundle(
-        graph.menu(graph.input(DISTRIBUTION), "BUNDLE", by_distribution), {"BSDF": "SHADER", KEEPS_ALL.name: "FLOAT"}
-    )
+        nodes = [graph.node("ShaderNodeBsdfPrincipled", has, distribution=each, subsurface_method=method) for each in DISTRIBUTIONS]
+        by_method[method_number] = dict(enumerate(nodes))
+
+    def number(socket: Socket, entries: Mapping[str, tuple[str, str]]) -> Value:
+        cases = [(entry, text, float(index)) for index, (entry, text) in enumerate(entries.values())]
+        return graph.menu(graph.input(socket), "FLOAT", cases)
+
+    distribution = number(DISTRIBUTION, DISTRIBUTIONS)
+    bsdf = graph.switch(number(METHOD, METHODS), {key: graph.switch(distribution, nodes) for key, nodes in by_method.items()})
+    return {"BSDF": bsdf, KEEPS_ALL.name: graph.equals(distribution, float(tuple(DISTRIBUTIONS).index("MULTI_GGX")))}
 
 
 NATIVE = Group(
     "principled_native",
     ".True Diffuse Principled BSDF",
     "Principled BSDF",
-    1,
+    2,
     "Blender's Principled BSDF, its menus as inputs",
     (DISTRIBUTION, METHOD, *PRINCIPLED_SOCKETS),
     build_native,
@@ -313,7 +309,7 @@ def build(graph: Graph) -> dict[str, Value]:
         if not model.functions and model.parameter is None:  # Lambert
             return native({DIFFUSE_ROUGHNESS.name: 0.0})["BSDF"]
         if model.cycles is CyclesClosures.DIFFUSE:
-            return graph.mix_shader(graph.in_eevee(), native({})["BSDF"], layered(model))
+            return graph.switch(graph.in_eevee(), {0: native({})["BSDF"], 1: layered(model)})
         return layered(model)
 
     cases = [(model.label, model.description, surface(model)) for model in MODELS.values()]
@@ -338,7 +334,7 @@ PRINCIPLED = Group(
     key="principled",
     name="Principled Rough Diffuse",
     label="Principled Rough Diffuse",
-    version=1,
+    version=2,
     description="Blender's Principled BSDF with a rough diffuse model: metal, coat, sheen, glass, skin, dusty or not",
     inputs=_inputs(),
     build=build,

@@ -100,7 +100,7 @@ def build(graph: Graph) -> dict[str, Value]:
         ("Random Walk (Legacy)", "As Random Walk, by way of Blender's older fit", walks["RANDOM_WALK_LEGACY"]),
     )
     in_cycles = graph.menu(graph.input(METHOD), "SHADER", methods)
-    scattered = graph.mix_shader(graph.in_eevee(), in_cycles, eevee(medium))
+    scattered = graph.switch(graph.in_eevee(), {0: in_cycles, 1: eevee(medium)})
 
     rough = graph.group(
         ROUGH_DIFFUSE,
@@ -129,7 +129,7 @@ SUBSURFACE = Group(
     key="subsurface",
     name="Subsurface",
     label="Subsurface",
-    version=2,
+    version=3,
     description="Skin, wax, marble, milk: light enters, scatters and leaves nearby; beside rough diffuse reflection, under a coat",
     inputs=(METHOD, MODEL, COLOR, ROUGHNESS, WEIGHT, MEAN_FREE_PATH, SCALE, SPECULAR, SPECULAR_ROUGHNESS, IOR, NORMAL),
     build=build,

@@ -56,6 +56,7 @@ def cross(a: Vector, b: Vector) -> Vector:
 
 SCALARS: Mapping[str, Callable[..., float]] = {
     "ADD": operator.add,
+    "COMPARE": lambda a, b, epsilon: float(abs(a - b) <= epsilon),
     "SUBTRACT": operator.sub,
     "MULTIPLY": operator.mul,
     "DIVIDE": divide,

@@ -73,13 +73,6 @@ class Entry(Value):
         self.graph, self.entry, self.menu = graph, entry, menu
 
 
-class Bundle(Value):
-    """Named values that travel over one link."""
-
-    def __init__(self, graph: Graph, items: Mapping[str, Value]) -> None:
-        self.graph, self.items = graph, items
-
-
 class NullClosure(Value):
     """A closure too dark to be seen."""
 
@@ -194,6 +187,8 @@ class ConstantFoldingGraph(Graph):
     # Arithmetic
 
     def link(self, source: Operand | str, target: bpy.types.NodeSocket) -> None:
+        if isinstance(source, NullClosure):
+            return
         if not isinstance(source, str):
             source = self.plain(source)
         if isinstance(source, tuple) and target.type == "RGBA":
@@ -304,7 +299,7 @@ class ConstantFoldingGraph(Graph):
     def script(self, stem: str, **inputs: Operand) -> Value:
         return self._lazy(lambda: Graph.script(self, stem, **inputs), False)
 
-    # Groups, menus and bundles
+    # Groups and menus
 
     def group(self, group: Group, **inputs: Operand | str) -> dict[str, Value]:
         """Return the outputs of another group, built in place; the group of the chosen lights stays one for all materials."""
@@ -341,13 +336,14 @@ class ConstantFoldingGraph(Graph):
             self._menus[menu.menu] = [(name, description, 0.0) for name, description, _ in cases]
         return self.value({name: value for name, _, value in cases}[menu.entry])
 
-    def bundle(self, items: Mapping[str, tuple[str, Operand]]) -> Value:
-        return Bundle(self, {name: self.value(value) for name, (_, value) in items.items()})
-
-    def unbundle(self, bundle: Value, kinds: Mapping[str, str]) -> dict[str, Value]:
-        if not isinstance(bundle, Bundle):
-            raise TypeError("not a bundle of this graph")
-        return {name: bundle.items[name] for name in kinds}
+    def switch(self, number: Operand, closures: Mapping[int, Value]) -> Value:
+        known = self.known(number)
+        if isinstance(known, float):
+            return closures[int(known)]
+        first, *others = closures.values()
+        if all(other is first or (isinstance(other, NullClosure) and isinstance(first, NullClosure)) for other in others):
+            return first
+        return self._lazy(lambda: Graph.switch(self, number, closures), False)
 
     def end(self, outputs: Mapping[str, Value]) -> None:
         super().end({name: value for name, value in outputs.items() if not isinstance(value, NullClosure)})
