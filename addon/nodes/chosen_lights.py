@@ -14,6 +14,7 @@ import bpy
 from .graph import Graph, Group, Number, Socket, Value
 
 SLOTS = 4
+COUNT = "Count"
 CHANNELS = ("red", "green", "blue")
 NEAR = 1e-12  # m^2, the least squared distance
 # Where the irradiance is below this fraction of what the lights would give at normal incidence, the mean fades to its value for
@@ -25,8 +26,8 @@ L = Socket("L", "NodeSocketVector", "Unit vector towards the light", (0.0, 0.0, 
 
 
 def build(graph: Graph, chosen: Sequence[bpy.types.Object]) -> dict[str, Value]:
-    """Return L and E of each slot; E is 0 in slots without a light."""
-    outputs = {}
+    """Return how many lights there are, and L and E of each slot; E is 0 in slots without a light."""
+    outputs = {COUNT: graph.constant(float(len(chosen)))}
     dark = graph.vector(0.0, 0.0, 0.0)
     for slot in range(SLOTS):
         l, e = light_vectors(graph, chosen[slot]) if slot < len(chosen) else (dark, dark)
@@ -65,25 +66,30 @@ def light_vectors(graph: Graph, light: bpy.types.Object) -> tuple[Value, Value]:
 
 
 LIGHTS = Group(
-    "lights", ".True Diffuse Lights", "Lights", 2, "The lights that materials are exact for", (), lambda graph: build(graph, ())
+    "lights", ".True Diffuse Lights", "Lights", 3, "The lights that materials are exact for", (), lambda graph: build(graph, ())
 )
 
 
-def weighted_mean(graph: Graph, under: Callable[[Value], tuple[Value, Value]], elsewhere: Number) -> Value:
-    """Return the mean of a quantity over the chosen lights, weighted by the irradiance of each, without shadows.
+def weighted_mean(
+    graph: Graph, under: Callable[[Value], tuple[Value, Value]], elsewhere: Number, closure: Callable[[Number], Value]
+) -> Value:
+    """Return the `closure` of the mean of a quantity over the chosen lights, weighted by the irradiance of each, without shadows.
 
     `under` returns for a light's L the quantity there, and N.L. Light from elsewhere has a small weight and the value `elsewhere`.
     """
     vectors = graph.group(LIGHTS)
-    reflected, received, irradiances = [], [], []
+    closures = {0: closure(elsewhere)}
+    reflected: Number = 0.0
+    received: Number = 0.0
+    total: Number = 0.0
     for slot in range(1, SLOTS + 1):
         value, mu = under(vectors[f"L {slot}"])
-        irradiances.append(vectors[f"E {slot}"])
-        received.append(irradiances[-1] * mu)
-        reflected.append(value * received[-1])
-    threshold = sum(irradiances[1:], irradiances[0]) * FADE
-    rest = graph.maximum(threshold - sum(received[1:], received[0]), 1e-9)
-    return sum(reflected, elsewhere * rest) / sum(received, rest)
+        irradiance = vectors[f"E {slot}"]
+        here = irradiance * mu
+        reflected, received, total = value * here + reflected, here + received, irradiance + total
+        rest = graph.maximum(total * FADE - received, 1e-9)
+        closures[slot] = closure((elsewhere * rest + reflected) / (received + rest))
+    return graph.switch(vectors[COUNT], closures)
 
 
 def slots() -> list[bpy.types.Object | None]:

@@ -291,6 +291,12 @@ class Graph:
         driver.expression = expression
         return Value(self, socket)
 
+    def constant(self, value: float) -> Value:
+        """Return a plain number as an output."""
+        node = self.add("ShaderNodeValue")
+        node.outputs[0].default_value = value
+        return Value(self, node.outputs[0])
+
     def property(self, label: str, owner: bpy.types.ID, path: str) -> Value:
         """Return a number that a driver keeps equal to a property of a data-block."""
         driver, socket = self._driven(label)

@@ -88,8 +88,10 @@ def for_chosen_lights(surface: Surface, model: ReflectanceModel) -> Value | None
         outputs = graph.group(group, **surface.inputs, L=l)
         return outputs["Gain"], outputs["N.L"]
 
-    factor = weighted_mean(graph, single_light, surface.terms.directional_albedo())
-    return graph.diffuse(surface.view.color * factor, surface.n)
+    def lambert(factor: Number) -> Value:
+        return graph.diffuse(surface.view.color * factor, surface.n)
+
+    return weighted_mean(graph, single_light, surface.terms.directional_albedo(), lambert)
 
 
 def build_single_light(graph: Graph, model: ReflectanceModel) -> dict[str, Value]:

@@ -17,7 +17,7 @@ import math
 from ..closures.quality import BALANCED, CHOSEN_LIGHTS
 from ..models.blinn_phong import BELOW
 from .chosen_lights import MENU_PATH, L, weighted_mean
-from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
+from .graph import COLOR, NORMAL, Graph, Group, Number, Socket, Value
 from .model_nodes import N
 
 LEAST = 1e-12  # of a squared length
@@ -70,8 +70,12 @@ def under_lights(graph: Graph, normal: Value, mu: Value) -> Value:
     below = graph.math("POWER", math.e, -1.0 * t * (0.5 * math.log(2.0) * t + (1.0 - mu) * (BELOW[0] + BELOW[1] * t)))
     albedo = 8.0 / ((n + 2.0) * (n + 4.0)) * (t * t + 2.0 * (1.0 - mu * mu) - (1.0 - 2.0 * mu * mu) * below)
     color = graph.clamp(graph.input(COLOR), 0.0, 1.0)
-    highlight = graph.mix(graph.is_diffuse_ray(), weighted_mean(graph, under, albedo), albedo)
-    return graph.diffuse(color + highlight * (weight * 0.125), normal)
+
+    def with_highlight(mean: Number) -> Value:
+        highlight = graph.mix(graph.is_diffuse_ray(), mean, albedo)
+        return graph.diffuse(color + highlight * (weight * 0.125), normal)
+
+    return weighted_mean(graph, under, albedo, with_highlight)
 
 
 def build_one_light(graph: Graph) -> dict[str, Value]:
@@ -97,7 +101,7 @@ SPECULAR_GROUP = Group(
     key="specular",
     name="Standard Specular",
     label="Standard Specular",
-    version=3,
+    version=4,
     description="Standard specular: a highlight of fixed weight over a Lambert base, as games used to shade",
     inputs=(QUALITY, COLOR, SPECULAR, EXPONENT, NORMAL),
     build=build,

@@ -20,18 +20,17 @@ class TRUE_DIFFUSE_OT_optimize(Operator):
         return "The file has no True Diffuse material" if next(iter(group_nodes()), None) is None else ""
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
-        from ..optimize.materials import optimize_materials, remove_unused, rows, total
+        from ..optimize.materials import optimize_materials, remove_unused, rows
 
         results = optimize_materials()
         remove_unused()
         for row in rows(results):
             print("  ".join(row))
-        before, after = total(results, "before"), total(results, "after")
-        nodes, closures = before.nodes - after.nodes, before.closures - after.closures
-        message = f"Removed {nodes} of {before.nodes} nodes and {closures} of {before.closures} closures"
-        whole = [f"{result.owner} {result.reasons[0]}" for result in results if result.after is None]
-        if whole:
-            self.report({"WARNING"}, f"{message}; {whole[0]}{' (and others)' if whole[1:] else ''}")
+        leaner = sum(bool(result.left_out) for result in results)
+        message = f"Optimized {leaner} of {len(results)} materials"
+        alone = [f"{result.owner} left alone: {result.problem}" for result in results if result.problem]
+        if alone:
+            self.report({"WARNING"}, f"{message}; {alone[0]}{' (and others)' if alone[1:] else ''}")
         else:
             self.report({"INFO"}, message)
         return {"FINISHED"}

@@ -5,53 +5,21 @@ A group's own `build` function runs in it. A value is a `Constant`, or a `LazyVa
 the group needs it. A closure too dark to be seen is a `NullClosure`.
 """
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from dataclasses import asdict, dataclass, field, fields
 
 import bpy
 
-from ..nodes.chosen_lights import LIGHTS, SLOTS
+from ..nodes.chosen_lights import COUNT, LIGHTS, SLOTS
 from ..nodes.graph import NORMAL, Graph, Group, Operand, Socket, Value
 from . import arithmetic
 from .arithmetic import Plain
+from .usage import Use
 
-NEGLIGIBLE = 1e-5  # weight below which both engines drop a closure, relative to white
 SCALAR, VECTOR = "ShaderNodeMath", "ShaderNodeVectorMath"
 VECTOR_OUTPUTS = {"Vector", "Color"}
 VECTOR_SOCKETS = {"NodeSocketVector", "NodeSocketColor"}
 ZERO = (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class Use:
-    """What is constant in one use of a group. Files keep it as JSON, so the names of the fields stay.
-
-    `eevee`, `osl` and `meter` are None where the scenes that use the group differ.
-    """
-
-    inputs: Mapping[str, Plain | str]
-    """The values of the sockets without link, driver or keyframes, by name; colors without alpha."""
-    eevee: bool | None = None
-    osl: bool | None = None
-    meter: float | None = None
-    """A meter in the scene's units."""
-    shining: tuple[bool, ...] = field(default=(True,) * SLOTS)
-    """Whether the light in each slot of the chosen lights shines."""
-
-    def to_json(self) -> str:
-        """Return all fields as JSON text, the same for equal uses."""
-        return json.dumps(asdict(self), sort_keys=True)
-
-    @classmethod
-    def from_json(cls, text: str) -> "Use | None":
-        """Return the use that `to_json` wrote as `text`, None where an earlier version wrote it with other fields."""
-        values = json.loads(text)
-        if values.keys() != {own.name for own in fields(cls)}:
-            return None
-        values["inputs"] = {name: tuple(value) if isinstance(value, list) else value for name, value in values["inputs"].items()}
-        return cls(**values)
 
 
 class Constant(Value):
@@ -109,6 +77,7 @@ class ConstantFoldingGraph(Graph):
         self._arguments: Mapping[str, Value] | None = None  # of a group that is built in place
         self._outer = self
         self._menus: dict[Socket, Sequence[tuple[str, str, Operand]]] = {}
+        self._lights: dict[str, Value] = {}  # outputs of the group of the chosen lights, once it is needed
         self._shared: dict[object, Value] = {}  # by what they compute; common to all groups built in place
 
     # Constants
@@ -137,8 +106,8 @@ class ConstantFoldingGraph(Graph):
         return known is not None and all(component == number for component in arithmetic.spread(known))
 
     def negligible(self, value: Operand) -> bool:
-        """Return whether a color or weight that was folded to a constant is below NEGLIGIBLE; plain numbers never are."""
-        return isinstance(value, Constant) and all(abs(x) < NEGLIGIBLE for x in arithmetic.spread(value.value))
+        """Return whether a color or weight was folded to 0; plain numbers never are."""
+        return isinstance(value, Constant) and self.is_all(value, 0.0)
 
     def input(self, socket: Socket) -> Value:
         if self._arguments is None:
@@ -163,18 +132,13 @@ class ConstantFoldingGraph(Graph):
         return Constant(self, known)
 
     def in_eevee(self) -> Value:
-        return self._scene_value("in_eevee", self._use.eevee)
+        return self._once("in_eevee", lambda: Graph.in_eevee(self), False)
 
     def uses_osl(self) -> Value:
-        return self._scene_value("uses_osl", self._use.osl)
+        return self._once("uses_osl", lambda: Graph.uses_osl(self), False)
 
     def meter(self) -> Value:
-        return self._scene_value("meter", self._use.meter)
-
-    def _scene_value(self, name: str, value: float | None) -> Value:
-        if value is None:
-            return self._once(name, lambda: getattr(Graph, name)(self), False)
-        return Constant(self, float(value))
+        return self._once("meter", lambda: Graph.meter(self), False)
 
     def _lazy(self, create: Callable[[], Value], is_vector: bool) -> Value:
         return LazyValue(self, create, is_vector)
@@ -288,9 +252,9 @@ class ConstantFoldingGraph(Graph):
     def mix_shader(self, factor: Operand, first: Value | None, second: Value) -> Value:
         first = first or NullClosure(self)
         weight = self.known(factor)
-        if first is second or (isinstance(weight, float) and weight < NEGLIGIBLE):
+        if first is second or weight == 0.0:
             return first
-        if isinstance(weight, float) and weight > 1.0 - NEGLIGIBLE:
+        if weight == 1.0:
             return second
         if isinstance(second, NullClosure):
             return first if isinstance(first, NullClosure) else super().mix_shader(1.0 - self.value(factor), None, first)
@@ -304,19 +268,17 @@ class ConstantFoldingGraph(Graph):
     def group(self, group: Group, **inputs: Operand | str) -> dict[str, Value]:
         """Return the outputs of another group, built in place; the group of the chosen lights stays one for all materials."""
         if group is LIGHTS:
-            return self._chosen_lights()
+            if not self._lights:
+                kinds = {COUNT: False} | {f"{name} {slot}": True for slot in range(1, SLOTS + 1) for name in "LE"}
+                outputs = self._outputs(lambda: Graph.group(self, LIGHTS), kinds)
+                self._lights.update(zip(kinds, outputs, strict=True))
+            return self._lights
         inner = copy(self)
         inner._arguments = {
             name.replace("_", " "): Entry(self, value) if isinstance(value, str) else self.value(self.plain(value))
             for name, value in inputs.items()
         }
         return dict(group.build(inner))
-
-    def _chosen_lights(self) -> dict[str, Value]:
-        names = [f"{name} {slot}" for slot, shines in enumerate(self._use.shining, 1) if shines for name in "LE"]
-        outputs = self._outputs(lambda: Graph.group(self, LIGHTS), dict.fromkeys(names, True))
-        dark = {f"{name} {slot}": Constant(self, ZERO) for slot in range(1, SLOTS + 1) for name in "LE"}
-        return dark | dict(zip(names, outputs, strict=True))
 
     def _outputs[Key](self, create: Callable[[], Mapping[Key, Value]], are_vectors: Mapping[Key, bool]) -> tuple[Value, ...]:
         """Return outputs of one node, which `create` makes when the first of them is needed."""

@@ -6,7 +6,7 @@ The node keeps its sockets, their values and links; only its node tree is replac
 as a property; nodes with equal uses share one.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -15,37 +15,31 @@ from ..blender.id_properties import BUILT_FINGERPRINT, GROUP_ID, SPECIALIZED_FOR
 from ..material.upgrade import upgrade_node
 from ..nodes import GROUPS, Group, chosen_lights
 from ..nodes.graph import fingerprint, key_and_version
-from .folding import ConstantFoldingGraph, Use
-from .node_count import NodeCount, node_count
+from .folding import ConstantFoldingGraph
 from .reasons import reasons
-from .usage import Owner, has_inputs, holds_in, scenes_of, tree_of, use_of
+from .usage import Owner, Use, from_json, tree_of, use_of
 
 
 @dataclass(frozen=True)
 class OptimizedNode:
-    """The result of optimizing one node; `before` and `after` are None where it was left alone."""
+    """The result of optimizing one node."""
 
     owner: str
     node: str
-    before: NodeCount | None
-    after: NodeCount | None
-    reasons: tuple[str, ...]
-    """What was left out and why, or why nothing was."""
+    left_out: tuple[str, ...] = ()
+    """What was left out, and why."""
+    problem: str = ""
+    """Why the node was left alone, empty where it was not."""
 
 
 def optimize_materials() -> list[OptimizedNode]:
-    """Specialize all True Diffuse materials of the file for the scenes that use them.
+    """Specialize all True Diffuse materials of the file for how they are used.
 
-    Returns a result for each node of our groups that a scene uses, in the order of their owners' names.
+    Returns a result for each node of our groups that is linked to something, in the order of their owners' names.
     """
-    restore_materials()
-    users = bpy.data.user_map()
-    cache = _Cache()
-    results = []
-    for owner, node in group_nodes():
-        scenes = scenes_of(owner, users)
-        if scenes and any(output.is_linked for output in node.outputs):
-            results.append(_optimize(owner, node, scenes, cache))
+    run = _Run()
+    results = [run.optimize(owner, node) for owner, node in group_nodes() if any(output.is_linked for output in node.outputs)]
+    _remove_unused_specialized()
     return results
 
 
@@ -54,9 +48,12 @@ def restore_materials() -> int:
     nodes = [node for _, node in group_nodes() if SPECIALIZED_FOR in node.node_tree and node.node_tree.library is None]
     for node in nodes:
         restore_node(node)
-    for tree in [tree for tree in bpy.data.node_groups if SPECIALIZED_FOR in tree and tree.users == 0]:
-        bpy.data.node_groups.remove(tree)
+    _remove_unused_specialized()
     return len(nodes)
+
+
+def _remove_unused_specialized() -> None:
+    bpy.data.batch_remove([tree for tree in bpy.data.node_groups if SPECIALIZED_FOR in tree and tree.users == 0])
 
 
 def restore_node(node: bpy.types.Node) -> None:
@@ -68,35 +65,18 @@ def restore_node(node: bpy.types.Node) -> None:
         upgrade_node(node.id_data, node, group)
 
 
-def invalidate(scene: bpy.types.Scene | None) -> int:
-    """Restore the nodes whose specialized trees are wrong for their sockets or for `scene`; returns how many.
-
-    Without `scene`, all scenes of the file count.
-    """
-    users = None
+def invalidate(owners: Iterable[Owner] | None = None) -> int:
+    """Restore the nodes of `owners`, of the whole file without them, whose sockets are used otherwise; returns how many."""
     wrong = []
-    for owner, node in group_nodes():
+    for owner, node in group_nodes(owners):
         text = node.node_tree.get(SPECIALIZED_FOR)
-        if text is None or owner.library:
-            continue
-        use = Use.from_json(text)
-        valid = use is not None and has_inputs(use, owner, node)
-        if use and valid:
-            violating = [other for other in ([scene] if scene else bpy.data.scenes) if not holds_in(use, other)]
-            if violating:
-                users = users or bpy.data.user_map()
-                valid = set(violating).isdisjoint(scenes_of(owner, users))
-        if not valid:
-            wrong.append(node)
+        if text is not None and not owner.library:
+            use = from_json(text)
+            if use is None or not use.holds(owner, node):
+                wrong.append(node)
     for node in wrong:
         restore_node(node)
     return len(wrong)
-
-
-def depends_on_objects(tree: bpy.types.ShaderNodeTree) -> bool:
-    """Return whether a change of a light can make a specialized tree wrong."""
-    use = Use.from_json(tree[SPECIALIZED_FOR])
-    return use is not None and not all(use.shining)
 
 
 def group_of(node: bpy.types.Node) -> Group:
@@ -104,93 +84,82 @@ def group_of(node: bpy.types.Node) -> Group:
     return {group.key: group for group in GROUPS}[key_and_version(node)[0]]
 
 
-def group_nodes() -> Iterator[tuple[Owner, bpy.types.Node]]:
-    """Yield the nodes of our groups in materials and in the artist's own groups, in the order of names."""
-    own_groups = [tree for tree in bpy.data.node_groups if tree.bl_idname == "ShaderNodeTree" and GROUP_ID not in tree]
+def group_nodes(owners: Iterable[Owner] | None = None) -> Iterator[tuple[Owner, bpy.types.Node]]:
+    """Yield the nodes of our groups in `owners`; without them in all materials and the artist's own groups, ordered by name."""
+    if owners is None:
+        own_groups = [tree for tree in bpy.data.node_groups if tree.bl_idname == "ShaderNodeTree" and GROUP_ID not in tree]
+        owners = (*bpy.data.materials, *own_groups)
     keys = {group.key for group in GROUPS}
-    for owner in (*bpy.data.materials, *own_groups):
+    for owner in owners:
         tree = tree_of(owner)
         for node in tree.nodes if tree else ():
             if key_and_version(node)[0] in keys:
                 yield owner, node
 
 
-COLUMNS = ("Material", "Left out", "Nodes", "Closures")
+COLUMNS = ("Material", "Left out")
 
 
 def rows(results: Sequence[OptimizedNode]) -> list[tuple[str, ...]]:
-    """Return a table of `results` under COLUMNS; the last row is their total."""
-    table: list[tuple[str, ...]] = []
-    for result in (*results, OptimizedNode("All", "", total(results, "before"), total(results, "after"), ())):
-        before, after = result.before, result.after
-        counts = (f"{before.nodes} -> {after.nodes}", f"{before.closures} -> {after.closures}") if before and after else ("-", "-")
-        table.append((result.owner, "; ".join(result.reasons), *counts))
-    return table
+    """Return a table of `results` under COLUMNS."""
+    return [
+        (result.owner, f"nothing: {result.problem}" if result.problem else "; ".join(result.left_out) or "nothing")
+        for result in results
+    ]
 
 
-def total(results: Sequence[OptimizedNode], when: str) -> NodeCount:
-    """Return the nodes and closures, `when` "before" or "after", of all nodes that were not left alone."""
-    counts = [getattr(result, when) for result in results if result.after is not None]
-    return NodeCount(sum(count.nodes for count in counts), sum(count.closures for count in counts))
-
-
-class _Cache:
-    """Counts of whole groups by identifier and menus, and specialized trees by name of the group and use, within one run."""
+class _Run:
+    """What one run has found: specialized trees by group and use, and which trees somebody has edited."""
 
     def __init__(self) -> None:
-        self.counts: dict[tuple[str, ...], NodeCount] = {}
-        self.trees: dict[tuple[str, str], tuple[bpy.types.ShaderNodeTree | None, NodeCount]] = {}
+        trees = (tree for tree in bpy.data.node_groups if SPECIALIZED_FOR in tree and tree.library is None)
+        self.specialized = {(tree[GROUP_ID], tree[SPECIALIZED_FOR]): tree for tree in trees}
+        self.edited: dict[bpy.types.ShaderNodeTree, bool] = {}
 
-
-def _optimize(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Scene], cache: _Cache) -> OptimizedNode:
-    problem = _problem(owner, node, scenes)
-    if problem:
-        return OptimizedNode(owner.name, node.name, None, None, (f"left alone: {problem}",))
-    use = use_of(owner, node, scenes)
-    menus = (str(node.node_tree[GROUP_ID]), *(value for value in use.inputs.values() if isinstance(value, str)))
-    before = cache.counts.get(menus) or cache.counts.setdefault(menus, node_count(node))
-    key = node.node_tree.name, use.to_json()
-    if key in cache.trees:
-        tree, after = cache.trees[key]
-        if tree:
+    def optimize(self, owner: Owner, node: bpy.types.Node) -> OptimizedNode:
+        """Give `node` the tree for its use, its group where that has nothing to leave out."""
+        problem = self.problem(owner, node)
+        if problem:
+            return OptimizedNode(owner.name, node.name, problem=problem)
+        group, use = group_of(node), use_of(owner, node)
+        left_out = tuple(reasons(group.key, use))
+        if left_out:
+            key = group.identifier, use.to_json()
+            tree = self.specialized.get(key) or self.specialized.setdefault(key, specialized(group, use))
+        else:
+            tree = group.ensure() if SPECIALIZED_FOR in node.node_tree else node.node_tree
+        if node.node_tree != tree:
             node.node_tree = tree
-    else:
-        whole = node.node_tree
-        tree = node.node_tree = specialized(group_of(node), whole, use)
-        after = node_count(node)
-        if after.nodes >= before.nodes and after.closures >= before.closures:
-            node.node_tree = whole
-            bpy.data.node_groups.remove(tree)
-            tree = None
-        cache.trees[key] = tree, after
-    why = tuple(reasons(key_and_version(node)[0], use)) if tree else ("nothing to leave out",)
-    return OptimizedNode(owner.name, node.name, before, after, why)
+        return OptimizedNode(owner.name, node.name, left_out)
 
+    def problem(self, owner: Owner, node: bpy.types.Node) -> str:
+        """Return why a node has to be left alone, empty where it need not."""
+        _, version = key_and_version(node)
+        group = group_of(node)
+        if owner.library:
+            use = from_json(text) if (text := node.node_tree.get(SPECIALIZED_FOR)) else None
+            wrong = text and not (use and use.holds(owner, node))
+            return f"linked from {owner.library.filepath}" + (", where it was optimized for another use" if wrong else "")
+        if owner.override_library:
+            return "a library override"
+        if not node.id_data.is_editable:
+            return "it cannot be edited"
+        if node.node_tree.library:
+            return f"its group is linked from {node.node_tree.library.filepath}"
+        if node.mute:
+            return "its node is muted"
+        if version != str(group.version):
+            return f"its group is of version {version}, not {group.version}"
+        if any(socket.is_linked for socket in node.inputs if socket.bl_idname == "NodeSocketMenu"):
+            return "a menu of it is linked to a node"
+        if SPECIALIZED_FOR not in node.node_tree and any(map(self.is_edited, _with_groups(node.node_tree))):
+            return "its group has been edited, or comes from an older file"
+        return ""
 
-def _problem(owner: Owner, node: bpy.types.Node, scenes: Sequence[bpy.types.Scene]) -> str:
-    """Return why a node has to be left alone, empty where it need not."""
-    _, version = key_and_version(node)
-    group = group_of(node)
-    if owner.library:
-        text = node.node_tree.get(SPECIALIZED_FOR)
-        use = Use.from_json(text) if text else None
-        wrong = text and not (use and all(holds_in(use, scene) for scene in scenes))
-        return f"linked from {owner.library.filepath}" + (", where it was optimized for another use" if wrong else "")
-    if owner.override_library:
-        return "a library override"
-    if not node.id_data.is_editable:
-        return "it cannot be edited"
-    if node.node_tree.library:
-        return f"its group is linked from {node.node_tree.library.filepath}"
-    if node.mute:
-        return "its node is muted"
-    if version != str(group.version):
-        return f"its group is of version {version}, not {group.version}"
-    if any(socket.is_linked for socket in node.inputs if socket.bl_idname == "NodeSocketMenu"):
-        return "a menu of it is linked to a node"
-    if any(tree.get(BUILT_FINGERPRINT) != fingerprint(tree) for tree in _with_groups(node.node_tree)):
-        return "its group has been edited, or comes from an older file"
-    return ""
+    def is_edited(self, tree: bpy.types.ShaderNodeTree) -> bool:
+        if tree not in self.edited:
+            self.edited[tree] = tree.get(BUILT_FINGERPRINT) != fingerprint(tree)
+        return self.edited[tree]
 
 
 def _with_groups(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.ShaderNodeTree]:
@@ -202,9 +171,9 @@ def _with_groups(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.ShaderNodeTre
     return trees
 
 
-def specialized(group: Group, whole: bpy.types.ShaderNodeTree, use: Use) -> bpy.types.ShaderNodeTree:
-    """Return a new tree with the sockets of `whole`, a tree of `group`, and only the nodes that `use` needs."""
-    tree = whole.copy()
+def specialized(group: Group, use: Use) -> bpy.types.ShaderNodeTree:
+    """Return a new tree with the sockets of `group`, and only the nodes that `use` needs."""
+    tree = group.ensure().copy()
     tree.name = f".{group.name}, Optimized"
     tree.nodes.clear()
     tree.animation_data_clear()

@@ -4,10 +4,10 @@
 from collections.abc import Iterator
 
 from ..models import by_label
-from ..models.registry import CyclesClosures
 from ..nodes import PRINCIPLED, SPECULAR_GROUP, SUBSURFACE
 from ..nodes.principled import DIFFUSE_ROUGHNESS
-from .folding import NEGLIGIBLE, Use
+from .folding import ZERO
+from .usage import Use
 
 ROUGHNESS_OF = {PRINCIPLED.key: DIFFUSE_ROUGHNESS.name}  # by group: the name of the models' roughness, where it is another
 LAYERS = {
@@ -19,46 +19,25 @@ LAYERS = {
     "Emission Strength": "emission",
 }
 """Of Principled Rough Diffuse, by their weights."""
-MOST_NAMED = 5  # inputs in one phrase
 
 
 def reasons(key: str, use: Use) -> Iterator[str]:
     """Yield a phrase for each part of the group of that `key` that `use` does not need."""
-
-    def number(name: str) -> float | None:
-        value = use.inputs.get(name)
-        return value if isinstance(value, float) else None
-
-    model = None if key == SPECULAR_GROUP.key else by_label(use.inputs["Model"])
-    if use.eevee is not None and key != SPECULAR_GROUP.key:
-        yield "Cycles' closures" if use.eevee else "EEVEE's closures"
-    if model and not use.eevee:
-        if use.osl is False:
-            yield "OSL, which no scene uses"
-        elif model.cycles is CyclesClosures.DIFFUSE:
-            yield f"OSL, as the closures of {model.label} are exact"
-    weight, specular, roughness = (
-        number("Subsurface"),
-        number("Specular"),
-        number(ROUGHNESS_OF.get(key, "Roughness")),
-    )
+    inputs = use.inputs
+    model = None if key == SPECULAR_GROUP.key else by_label(str(inputs["Model"]))
     if key == SUBSURFACE.key:
-        if weight is not None and weight < NEGLIGIBLE:
+        if inputs.get("Subsurface") == 0.0:
             yield "scattering (Subsurface is 0)"
-        if weight is not None and weight > 1.0 - NEGLIGIBLE:
+        if inputs.get("Subsurface") == 1.0:
             yield "rough reflection (Subsurface is 1)"
-        if specular is not None and specular < NEGLIGIBLE:
+        if inputs.get("Specular") == 0.0:
             yield "coat (Specular is 0)"
-    if roughness is not None and roughness < NEGLIGIBLE and model and model.is_rough:
+    if key == SPECULAR_GROUP.key and inputs.get("Specular") == 0.0:
+        yield "highlight (Specular is 0)"
+    if model and model.is_rough and inputs.get(ROUGHNESS_OF.get(key, "Roughness")) == 0.0:
         yield "lobes (Roughness is 0: one Lambert closure)"
-    if key == PRINCIPLED.key and (without := [layer for name, layer in LAYERS.items() if number(name) == 0.0]):
+    layered = key == PRINCIPLED.key and model and model.parameter  # Lambert is one Principled BSDF, whatever its weights
+    if layered and (without := [layer for name, layer in LAYERS.items() if inputs.get(name) == 0.0]):
         yield f"layers of weight 0 ({', '.join(without)})"
-    color = use.inputs.get("Color")
-    if isinstance(color, tuple) and max(color) < NEGLIGIBLE:
+    if inputs.get("Color") == ZERO:
         yield "diffuse closures (Color is black)"
-    dark = [str(slot) for slot, shines in enumerate(use.shining, 1) if not shines]
-    if dark:
-        yield f"lights {', '.join(dark)} (none shines there)"
-    constant = [name for name, value in use.inputs.items() if not isinstance(value, str) and name != "Normal"]
-    if constant:
-        yield f"arithmetic on {', '.join(constant) if len(constant) <= MOST_NAMED else f'{len(constant)} constant inputs'}"

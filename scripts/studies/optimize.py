@@ -23,7 +23,7 @@ from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.addon.optimize.materials import OptimizedNode, optimize_materials, total
+from true_diffuse.addon.optimize.materials import optimize_materials
 from true_diffuse.scenes import five_characters
 from true_diffuse.scenes.elements import add
 from true_diffuse.scenes.sphere import sphere_under_sun
@@ -35,6 +35,7 @@ SAMPLES, PICTURE_SAMPLES = {EEVEE: 4, CYCLES: 32}, {EEVEE: 16, CYCLES: 256}
 FIVE, FACE, SPHERE = (240, 90), (200, 80), 96  # pixels
 ROUNDS = 2
 WARM = 2  # renders after the first, in each process
+CLOSURES = ("ShaderNodeBsdf", "ShaderNodeSubsurface", "ShaderNodeEmission", "ShaderNodeScript")  # how their identifiers start
 # Renders a scene of a file repeatedly in a new process, and prints the seconds of each render
 CLOCK = """
 import bpy, json, sys, time
@@ -143,11 +144,11 @@ def steps(load: Callable[[], bpy.types.Mesh], used: Sequence[Engine], folder: Pa
         width, height = scene.render.resolution_x, scene.render.resolution_y
         render.crop(scene, render.Region(1, 0, width - 1, height))  # EEVEE's other noise needs the column at the left
         engines.use(scene, engine, SAMPLES[engine])
-        before = _saved(folder / "before.blend")
+        before, counts = _saved(folder / "before.blend"), _counts(scene, "before")
         original = _pair(scene, engine)
         engines.use(scene, engine, SAMPLES[engine])
         found = optimize_materials()
-        after = _saved(folder / "after.blend")
+        after, counts = _saved(folder / "after.blend"), counts | _counts(scene, "after")
         optimized = _pair(scene, engine)
         pixels = range(len(original[0]) // 3)
         runs: dict[Path, list[list[float]]] = {before: [], after: []}
@@ -160,8 +161,7 @@ def steps(load: Callable[[], bpy.types.Mesh], used: Sequence[Engine], folder: Pa
             "materials": len(found),
             "rms_difference": noise.difference(optimized, original, pixels),
             "noise": error.difference(*original, pixels),
-            **_counts("before", found),
-            **_counts("after", found),
+            **counts,
             **{
                 f"{what}_{file.stem}": median(value for run in seconds for value in run[part])
                 for file, seconds in runs.items()
@@ -178,9 +178,16 @@ def _pair(scene: bpy.types.Scene, engine: Engine) -> noise.Pair:
     return first, second
 
 
-def _counts(when: str, found: Sequence[OptimizedNode]) -> Record:
-    count = total(found, when)
-    return {f"nodes_{when}": count.nodes, f"closures_{when}": count.closures}
+def _counts(scene: bpy.types.Scene, when: str) -> Record:
+    """Return how many nodes and closures of the scene's materials the engine gets, as Blender resolves groups and constants."""
+    layer = scene.view_layers[0]
+    layer.update()
+    inlined = [
+        bpy.types.InlineShaderNodes.from_material(each) for each in layer.depsgraph.ids if isinstance(each, bpy.types.Material)
+    ]
+    kinds = [node.bl_idname for each in inlined for node in each.node_tree.nodes]
+    closures = sum(kind.startswith(CLOSURES) for kind in kinds)
+    return {f"nodes_{when}": len(kinds), f"closures_{when}": closures}
 
 
 def _saved(file: Path) -> Path:
