@@ -96,6 +96,15 @@ def cost(_options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     yield Section(cost.steps(sphere, five, engines), {"Cost": cost.table})
 
 
+def scale(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
+    """Time files of 1 to 500 materials against as many of Blender's own Diffuse BSDF."""
+    from true_diffuse.scripts.studies import scale as study
+
+    with tempfile.TemporaryDirectory() as folder:
+        steps = study.steps(engines, Path(folder), options.quick)
+        yield Section(steps, {"CPU seconds of many materials (over those of the Diffuse BSDF)": study.table})
+
+
 def frames(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Time frames of True Diffuse Realtime: each model and form of equation (1) against Lambert's law, and how the cost grows."""
     import gpu
@@ -218,6 +227,7 @@ MEASURES: dict[str, Measure] = {
         engines,
         stability,
         cost,
+        scale,
         frames,
         viewport,
         furnace,

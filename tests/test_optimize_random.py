@@ -400,7 +400,7 @@ def check(seeds: list[int], engine: engines.Engine, samples: int, osl: bool = Fa
     results: list[OptimizedNode] = []
     wrong = changed(scene, engine, samples, lambda: results.extend(optimize_materials()))
     assert not wrong, {seeds[index]: made[index] for index in wrong}
-    assert sum(result.after is not None for result in results) > 0.5 * len(results)
+    assert sum(bool(result.left_out) for result in results) > 0.3 * len(results)
 
 
 def pictures(examples: int) -> Callable[[Callable[..., None]], Callable[..., None]]:
