@@ -57,7 +57,7 @@ def run(options: Namespace) -> int:
                 try:
                     with reading.limited(file):
                         records += list(check(file, Usd.Stage.Open(str(file))))
-                except (Tf.ErrorException, UnicodeDecodeError) as error:
+                except (Tf.ErrorException, OSError, UnicodeDecodeError) as error:
                     raise BadInput(f"cannot read {file}: it is damaged, or not there") from error
             if options.json:
                 terminal.say(json.dumps(records))

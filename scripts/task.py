@@ -22,7 +22,17 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.characters import reading
 from true_diffuse.scripts.cli import process
-from true_diffuse.scripts.cli.console import CLOSED_PIPE, BadInput, Parser, Show, Terminal, end, say_error, script_arguments
+from true_diffuse.scripts.cli.console import (
+    CLOSED_PIPE,
+    BadInput,
+    Parser,
+    Show,
+    Terminal,
+    end,
+    one_line,
+    say_error,
+    script_arguments,
+)
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import NO_SHADER_CACHE, start_blender
 from true_diffuse.scripts.farm import worker
@@ -49,13 +59,14 @@ def main() -> int:
 def run(options: Namespace) -> int:
     """Do what the options ask for; returns the exit status as `main` does."""
     try:
-        COMMANDS[options.command](options)
-    except WorkError as error:
-        print(*error.details, f"openjd_fail: {error}", sep="\n", flush=True)
-        return 1
-    except BadInput as error:
-        print(f"openjd_fail: {error}", flush=True)
-        return say_error("task.py", str(error))
+        try:
+            COMMANDS[options.command](options)
+        except WorkError as error:
+            print(*error.details, f"openjd_fail: {one_line(str(error))}", sep="\n", flush=True)
+            return 1
+        except BadInput as error:
+            print(f"openjd_fail: {one_line(str(error))}", flush=True)
+            return say_error("task.py", str(error))
     except BrokenPipeError:
         return CLOSED_PIPE
     return 0

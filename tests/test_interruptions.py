@@ -101,6 +101,7 @@ def test_crash_is_one_line(endless: subprocess.Popen[str], tmp_path: Path) -> No
         "compare.py --help | head -n 1",
         f"compare.py {' '.join(SMALL)} --out out | head -n 1",
         "compare.py --character monkey --job j | true",
+        "task.py render . | true",
     ],
 )
 def test_output_that_nobody_reads_on_ends_as_usual(command: str, tmp_path: Path) -> None:

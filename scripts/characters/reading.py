@@ -11,10 +11,12 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
-SECONDS = 300  # a large file on a slow disk
+SECONDS = 60  # that reading a file may take, and each of its frames
+BYTES = 1_000_000  # that give it another second: of a slow disk
 MEMORY = 0.75  # of the machine's, on top of what the process has already
 
 _note: Path | None = None
+_seconds = 0
 
 
 def supervised(note: Path) -> None:
@@ -29,11 +31,14 @@ def limited(file: str | Path) -> Generator[None]:
     if _note is None:
         yield
         return
+    global _seconds
+    path = Path(file)
+    _seconds = SECONDS + (path.stat().st_size // BYTES if path.is_file() else 0)
     _note.write_text(str(file), encoding="utf-8", errors="surrogateescape")
     try:
         with _memory():
             if os.name == "posix":
-                signal.alarm(SECONDS)  # whose default action needs no Python, which waits for Blender
+                signal.alarm(_seconds)  # whose default action needs no Python, which waits for Blender
             try:
                 yield
             finally:
@@ -46,7 +51,7 @@ def limited(file: str | Path) -> Generator[None]:
 def go_on() -> None:
     """Begin the time anew: what takes so long is many frames, not one."""
     if _note is not None and _note.exists() and os.name == "posix":
-        signal.alarm(SECONDS)
+        signal.alarm(_seconds)
 
 
 @contextmanager
@@ -73,7 +78,7 @@ def ending(note: Path, status: int) -> str:
     """Return in one line why a process ended by a signal or a crash, of which subprocess gave the `status`."""
     name = signal.Signals(-status).name if -status in set(signal.Signals) else f"status {status}"
     if os.name == "posix" and -status == signal.SIGALRM:
-        return f"reading {read_last(note)} takes longer than {SECONDS} s: it is damaged, or too large"
+        return f"reading {read_last(note)} takes too long: it is damaged, or needs more time than a minute and a second for each MB"
     if file := read_last(note):
         return f"crashed ({name}) while reading {file}: it is damaged, or needs more memory than there is"
     return f"crashed ({name})"
