@@ -1001,7 +1001,9 @@ def test_holdout_is_a_hole_as_in_cycles(stage: Stage, hold_out: Callable[[bpy.ty
     stage.scene.render.film_transparent = is_transparent
     stage.scene.world = bpy.data.worlds.new("World")
     stage.scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.5, 0.5, 0.5, 1.0)
-    hold_out(stage.square(0.5))
+    item = stage.square(0.5)
+    item.data.materials.append(materials.create("Skin", SUBSURFACE, Specular=0.5))
+    hold_out(item)
     beside = 1.5  # nothing is there
     seen = stage.render()
     assert seen.at(0.0) == (0.0, 0.0, 0.0, 0.0)

@@ -440,13 +440,6 @@ def image_made_of_floats(stage: Stage) -> None:
     image.use_generated_float = True
 
 
-def scale_of_the_scene(stage: Stage) -> None:
-    stage.objects[1].data.materials[0] = bpy.data.materials["Coated"]
-    bpy.context.view_layer.update()
-    stage.assert_as_new()
-    stage.scene.unit_settings.scale_length = 0.01
-
-
 # For each edit: how many meshes are read again.
 EDITS = {
     moved: 0,
@@ -487,7 +480,6 @@ EDITS = {
     metaball_edited: None,
     instances_moved: None,
     image_made_of_floats: None,
-    scale_of_the_scene: None,
     curve_edited: None,
     in_edit_mode: None,
     after_edit_mode: None,
@@ -506,6 +498,17 @@ def test_edit_reads_what_changed_alone(stage: Stage, sent: dict[str, int], chang
         assert sent["meshes"] == EDITS[change]
         assert len({part.mesh for part in stage.kept.groups} - before) == EDITS[change]
     stage.assert_as_new()
+
+
+@pytest.mark.render
+def test_scale_of_the_scene_scales_radii_of_scattering(stage: Stage) -> None:
+    """A unit of 0.01 m makes 1 mm, 0.001 units before, 0.1 units."""
+    stage.edit(lambda: setattr(stage.objects[1].material_slots[0], "material", bpy.data.materials["Coated"]))
+    uid = bpy.data.materials["Coated"].session_uid
+    before = stage.kept.materials[uid].code.values
+    stage.edit(lambda: setattr(stage.scene.unit_settings, "scale_length", 0.01))
+    ratios = [now / then for then, now in zip(before, stage.kept.materials[uid].code.values, strict=True) if now != then]
+    assert ratios == [pytest.approx(100.0)] * 3
 
 
 @pytest.mark.render

@@ -17,8 +17,7 @@ from ..blender.glsl import triangle
 from . import shadows
 from .expressions import Code, Image
 from .lights import Light, lights_to_bytes
-from .materials import RenderMaterial, values_to_bytes
-from .meshes import Mesh
+from .materials import HOLDOUT, RenderMaterial, values_to_bytes
 from .objects import MATRIX_BYTES, MATRIX_SIZE, Part
 from .program import (
     GATHER_MAPS,
@@ -98,8 +97,11 @@ class Renderer:
         self._groups: dict[Part, list[int]] = {}
         self._matrices: array[float] | None = None
         self._lights: list[Light] | None = None
-        self._casting: set[tuple[Mesh, int, int | None, bytes]] = set()  # what casts shadows, and where
-        self._first: dict[Part, int] = {}  # the index of the first object of each part in the texture of matrices
+        self._casting: object = None  # what casts shadows, and where
+        self._first: list[int] = []  # the index of the first object of each group in the texture of matrices
+        self._calls: dict[
+            Part, tuple[gpu.types.GPUBatch, int, int]
+        ] = {}  # what draws a part: its batch, first and number of objects
         self._bounds: SceneBounds | None = None
         self._draws: list[tuple[Variant, RenderMaterial, list[Part]]] = []
         self._has_transparent_shadows = False
@@ -130,8 +132,11 @@ class Renderer:
             self._light_block = _uniform_buffer(lights_to_bytes(cache.lights))
         if cache.groups is not self._groups or cache.matrices is not self._matrices:
             self._place_objects()
+        attributes = {uid: material.attributes for uid, material in cache.materials.items()}
         drawn: dict[tuple[RenderMaterial, bool], list[Part]] = {}
-        for part in cache.groups:
+        self._calls = {}
+        for (part, group), first in zip(cache.groups.items(), self._first, strict=True):
+            self._calls[part] = part.mesh.batches[part.slot, attributes[part.material]], first, len(group)
             if part.is_visible:
                 drawn.setdefault((cache.materials[part.material], part.is_holdout), []).append(part)
         draws = ((cache.variant(material, is_holdout), material, parts) for (material, is_holdout), parts in drawn.items())
@@ -143,8 +148,7 @@ class Renderer:
         groups, places = self.cache.groups, self.cache.matrices.tobytes()
         self._groups, self._matrices = groups, self.cache.matrices
         order = [index for group in groups.values() for index in group]
-        starts = accumulate((len(group) for group in groups.values()), initial=0)
-        self._first = dict(zip(groups, starts, strict=False))
+        self._first = list(accumulate((len(group) for group in groups.values()), initial=0))[:-1]
         rows = -(-len(order) // OBJECTS_ACROSS) or 1
         texels = array("f", b"".join(places[MATRIX_BYTES * index : MATRIX_BYTES * (index + 1)] for index in order))
         texels.frombytes(bytes(MATRIX_BYTES * (rows * OBJECTS_ACROSS - len(order))))
@@ -152,12 +156,8 @@ class Renderer:
         size = (OBJECTS_ACROSS * MATRIX_SIZE // 4, rows)
         self._objects = gpu.types.GPUTexture(size, format="RGBA32F", data=gpu.types.Buffer("FLOAT", len(texels), texels))
         self._bounds = SceneBounds(groups, self.cache.matrices, self._bounds)
-        casting = {
-            (part.mesh, part.slot, part.material if self.cache.materials[part.material].is_transparent else None, place)
-            for part, group in groups.items()
-            if part.casts_shadow
-            for place in (places[MATRIX_BYTES * index : MATRIX_BYTES * (index + 1)] for index in group)
-        }
+        transparent = [part for part in groups if part.casts_shadow and self.cache.materials[part.material].is_transparent]
+        casting = (self._bounds.casting, [(part, groups[part]) for part in transparent])
         if casting != self._casting:
             self._casting, self._tiles = casting, None
 
@@ -252,9 +252,9 @@ class Renderer:
     def _draw_shadows(self, tiles: Sequence[shadows.Tile], sample: int) -> None:
         """Draw the shadow maps, transparent casters as this sample sees them."""
         materials = self.cache.materials
-        casting = [(part, materials[part.material]) for part in self._groups if part.casts_shadow]
-        opaque = [(part, material) for part, material in casting if not material.is_transparent]
-        transparent = [(part, material) for part, material in casting if material.is_transparent]
+        casting = [(part, materials[part.material].shadow_code) for part in self._groups if part.casts_shadow]
+        opaque = [part for part, code in casting if code is None]
+        transparent = [(part, code) for part, code in casting if code is not None]
         self._has_transparent_shadows = bool(transparent)
         with self._shadow_buffer.bind():
             _use_depth_test()
@@ -264,28 +264,28 @@ class Renderer:
                 shader = _bound(shadow_program)
                 shader.uniform_sampler("objects", self._objects)
                 shader.uniform_float("matrix", tile.matrix)
-                for part, material in opaque:
-                    self._draw_part(shader, part, material)
+                for part in opaque:
+                    self._draw_part(shader, part)
                 if transparent:
                     self._draw_transparent_shadows(tile, transparent, sample)
             self._shadow_buffer.viewport_set(0, 0, self._shadow_depth.width, self._shadow_depth.width)
 
-    def _draw_transparent_shadows(self, tile: shadows.Tile, casting: Sequence[tuple[Part, RenderMaterial]], sample: int) -> None:
+    def _draw_transparent_shadows(self, tile: shadows.Tile, casting: Sequence[tuple[Part, Code]], sample: int) -> None:
         """Draw into a light's part of the shadow map where this sample does not see through."""
         light = self.cache.lights[tile.light]
         is_spot = light.kind == "SPOT"
         view = View(tile.matrix, Vector(light.position if is_spot else light.axis), is_spot, tile.size, tile.size)
         view_block = _uniform_buffer(view.to_bytes(self.cache.world, sample))
-        for part, material in casting:
-            if material.shadow_code:
-                shader = _bound(transparent_shadow_program, Inputs.of(material.shadow_code))
-                self._give_inputs(shader, view_block, material.shadow_code)
-                self._draw_part(shader, part, material)
+        for part, code in casting:
+            shader = _bound(transparent_shadow_program, Inputs.of(code))
+            self._give_inputs(shader, view_block, code)
+            self._draw_part(shader, part)
 
-    def _draw_part(self, shader: gpu.types.GPUShader, part: Part, material: RenderMaterial) -> None:
+    def _draw_part(self, shader: gpu.types.GPUShader, part: Part) -> None:
         """Draw the objects that show a part, in one call."""
-        shader.uniform_int("first_object", self._first[part])
-        part.mesh.batches[part.slot, material.attributes].draw_instanced(shader, instance_count=len(self._groups[part]))
+        batch, first, count = self._calls[part]
+        shader.uniform_int("first_object", first)
+        batch.draw_instanced(shader, instance_count=count)
 
     def _give_inputs(self, shader: gpu.types.GPUShader, view_block: gpu.types.GPUUniformBuf, code: Code) -> None:
         """Have `shader` read a view, the numbers of `code` and its images; the compiler drops what its text does not use."""
@@ -297,6 +297,15 @@ class Renderer:
             with suppress(ValueError):
                 shader.uniform_sampler(f"image_{index}", self._images[image])
 
+    def _give_lights(self, shader: gpu.types.GPUShader, variant: Variant) -> None:
+        """Have `shader` read the lights, their shadow maps and the table of specular albedos."""
+        shader.uniform_block("lights", self._light_block)
+        if reads_table(variant.features):
+            shader.uniform_sampler("specular_table", specular_table())
+        if variant.lighting.shadows:
+            shader.uniform_block("shadows", self._shadow_block)
+            shader.uniform_sampler("shadow_map", self._shadow_map)
+
     def _draw_surfaces(self, targets: RenderTargets, view: View, sample: int) -> None:
         """Draw the nearest surface of every pixel."""
         view_block = _uniform_buffer(view.to_bytes(self.cache.world, sample))
@@ -307,16 +316,10 @@ class Renderer:
             for variant, material, parts in self._draws:
                 shader = _bound(surface_program, variant)
                 self._give_inputs(shader, view_block, material.code)
-                with suppress(ValueError):
-                    shader.uniform_block("lights", self._light_block)
-                if reads_table(variant.features):
-                    shader.uniform_sampler("specular_table", specular_table())
-                if variant.lighting.shadows:
-                    with suppress(ValueError):
-                        shader.uniform_block("shadows", self._shadow_block)
-                        shader.uniform_sampler("shadow_map", self._shadow_map)
+                if HOLDOUT not in variant.features:
+                    self._give_lights(shader, variant)
                 for part in parts:
-                    self._draw_part(shader, part, material)
+                    self._draw_part(shader, part)
             gpu.state.front_facing_set(False)
             gpu.state.depth_test_set("NONE")
 

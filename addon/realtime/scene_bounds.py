@@ -29,14 +29,14 @@ class SceneBounds:
         self._before: Mapping[Placed, Range] = before.ranges if before else {}
         self.ranges: dict[Placed, Range] = {}
         places = matrices.tobytes()
-        casting: dict[Placed, None] = {}
+        self.casting: dict[Placed, None] = {}  # all that casts shadows
         visible: dict[Placed, None] = {}
         for part, group in groups.items():
             placed = [(part.mesh, places[MATRIX_BYTES * index : MATRIX_BYTES * (index + 1)]) for index in group]
-            casting |= dict.fromkeys(placed if part.casts_shadow else ())
+            self.casting |= dict.fromkeys(placed if part.casts_shadow else ())
             visible |= dict.fromkeys(placed if part.is_visible else ())
         self._visible = self._enclosing(visible)
-        triangles = self._visible if casting == visible else self._enclosing(casting)
+        triangles = self._visible if self.casting == visible else self._enclosing(self.casting)
         self._before = {}
         self.casters = [corner for triangle in triangles for corner in triangle]
 
