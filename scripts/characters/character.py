@@ -291,9 +291,9 @@ def _stop_programs(path: Path, loaded: Collection[bpy.types.ID], say: Say) -> No
                 owner.nodes.remove(node)
                 nodes += 1
     if drivers:
-        say(f"{path.name} has {drivers} drivers with Python, which does not run: what they drive stays as it was saved")
+        say(f"drivers with Python in {path.name} ({drivers}) do not run: what they drive stays as it was saved")
     if nodes:
-        say(f"{path.name} has {nodes} Script nodes, which do not run: what they feed has its own value")
+        say(f"Script nodes in {path.name} ({nodes}) do not run: what they feed has its own value")
 
 
 def importer_reason(error: Exception) -> str:
