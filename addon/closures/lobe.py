@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ..models.fujii import SHAPE
+from ..models.quadrature import NORMAL
+from ..models.vector import Vector, add, dot, normalize, scale
 
 GRAZING = 0.05  # the least mu that steep directions follow
 SINGLE, PAIR, SIGNED, CYCLES = "single", "pair", "signed", "cycles"
@@ -53,6 +55,11 @@ class Fit(NamedTuple):
 
 CYCLES_AWAY = math.radians(85.6)  # never 90 degrees: there Cycles' test of the light's side falls either way by chance
 
+# Where N is not the mesh's normal M: `mapped_share`, and what of the away lobe's weight the base and Fujii's function get in its
+# place, by scripts/fit/lobes.py
+MAPPED_FADE = 40.0
+MAPPED_BASE, MAPPED_FUJII = 0.2569, 0.4144
+
 
 def eevee_horizon(n_dot_l: float) -> float:
     """Return the factor by which EEVEE fades all closures of a pixel near the horizon of its first one; N.L may be negative."""
@@ -68,17 +75,32 @@ def cycles_bump_shadowing(n_dot_l: float, n_dot_m: float, m_dot_l: float) -> flo
     return 2.0 / (1.0 + math.sqrt(1.0 + max(0.0, alpha2 * tangent2)))
 
 
-def away_lobe(x: float, z: float) -> float:
-    """Return the lobe away from the viewer as Cycles shades it."""
-    n_dot_m = math.cos(CYCLES_AWAY)
-    m_dot_l = n_dot_m * z - math.sin(CYCLES_AWAY) * x
-    return max(0.0, m_dot_l) * cycles_bump_shadowing(z, n_dot_m, m_dot_l)
+def mapped_share(n_dot_m: float) -> float:
+    """Return the share of its weight that the lobe away from the viewer keeps where N is not the mesh's normal M: 1 where it is.
+
+    The lobe is shadowed and cut off by M, so it no longer corrects what Fujii's function around N lacks.
+    """
+    return 1.0 / (1.0 + MAPPED_FADE * (1.0 - n_dot_m))
 
 
-def lobe_values(lobe_set: str, lobes: tuple[Lobe, ...], x: float, y: float, z: float, mu: float) -> tuple[float, ...]:
-    """Return what each lobe of a set gives for light from (x, y, z): L in the frame (V_t, N x V_t, N), z > 0."""
+def away(mesh: Vector, up: float) -> Vector:
+    """Return the unit vector of -V_t, lifted where that is below a surface of the normal `mesh` to `up` over it, a slope."""
+    return normalize(add(scale(mesh, max(0.0, mesh[0]) + up), (-1.0, 0.0, 0.0)))
+
+
+def cycles_lobe(m: Vector, l: Vector, mesh: Vector) -> float:
+    """Return max(0, m.l) as Cycles shades it on a surface of the normal `mesh`; all unit vectors."""
+    return max(0.0, dot(m, l)) * (1.0 if m == mesh else cycles_bump_shadowing(dot(mesh, l), dot(mesh, m), dot(m, l)))
+
+
+def lobe_values(lobe_set: str, lobes: tuple[Lobe, ...], l: Vector, mu: float, mesh: Vector = NORMAL) -> tuple[float, ...]:
+    """Return what each lobe of a set gives for light from `l`, above the surface.
+
+    `l` and, for the lobes of CYCLES, the normal `mesh` of the surface are in the frame (V_t, N x V_t, N).
+    """
     if lobe_set == SINGLE:
-        return (z, x)
+        return (l[2], l[0])
     if lobe_set == CYCLES:
-        return (z, SHAPE.value((x, y, z), mu), away_lobe(x, z))
-    return tuple(lobe.value(x, y, z, mu) for lobe in lobes)
+        shadow = cycles_lobe(NORMAL, l, mesh) / l[2]
+        return (l[2] * shadow, SHAPE.value(l, mu) * shadow, cycles_lobe(away(mesh, 1.0 / math.tan(CYCLES_AWAY)), l, mesh))
+    return tuple(lobe.value(*l, mu) for lobe in lobes)

@@ -11,9 +11,11 @@ c(mu) max(0, d.L) around directions d that move with mu; `lobe_table.json` has t
 - SIGNED, EEVEE: lobes of either sign, each through its own Shader to RGB, beside a base around N. They are fitted so that a
   uniform world, which EEVEE does not cut off at a lobe's horizon, is reflected as it should be, too.
 - CYCLES: its Diffuse closure is Fujii's model, exact for the viewer's side of N; one lobe 85.6 degrees away from the viewer
-  corrects the other side. G is Cycles' own ("bump map correction"): the shadowing of a GGX surface of
-  alpha^2 = tan^2(angle of N, M) / 8, at most 1, by A. Conty Estevez, P. Lecocq, C. Stein, "A Microfacet-Based Shadowing Function
-  to Solve the Bump Terminator Problem" (2019).
+  corrects the other side. Cycles shadows what is bent away from the mesh's normal M ("bump map correction"): as a GGX surface of
+  alpha^2 = tan^2(angle between the two) / 8, at most 1, by A. Conty Estevez, P. Lecocq, C. Stein, "A Microfacet-Based Shadowing
+  Function to Solve the Bump Terminator Problem" (2019). So it does to Lambert's law where N is not M, and more to the away lobe,
+  which then gives way to closures around N. No sum of closures of positive weight, of any number and direction, would be within
+  1 % there: scripts/studies/mapped_normal.py.
 """
 
 import math
@@ -24,8 +26,21 @@ from ..models.geometry import clamp
 from ..models.protocol import Model
 from ..models.registry import CyclesClosures, ReflectanceModel, by_formula
 from ..models.terms import float_view
-from ..models.vector import Vector, add, dot, normalize, scale
-from .lobe import CYCLES, PAIR, SIGNED, SINGLE, Fit, eevee_horizon, lobe_values
+from ..models.quadrature import NORMAL
+from ..models.vector import Vector, add, cross, dot, normalize, scale
+from .lobe import (
+    CYCLES,
+    MAPPED_BASE,
+    MAPPED_FUJII,
+    PAIR,
+    SIGNED,
+    SINGLE,
+    Fit,
+    cycles_lobe,
+    eevee_horizon,
+    lobe_values,
+    mapped_share,
+)
 from .lobe_table import TABLE
 
 
@@ -36,6 +51,8 @@ class Rendered:
     model: Model
     lobe_set: str
     table: Mapping[str, Mapping[str, Fit]] = field(default_factory=lambda: TABLE, repr=False)
+    mesh_normal: Vector | None = None
+    """The mesh's normal where N is mapped: in CYCLES, which shadows by it."""
 
     def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
         """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; in EEVEE also from just below the horizon."""
@@ -44,18 +61,24 @@ class Rendered:
         if mu <= 0.0 or (self.lobe_set == CYCLES and z <= 0.0):
             return 0.0
         registered = by_formula(self.model)
-        if self.lobe_set == CYCLES and registered.cycles is not CyclesClosures.LOBES:
-            return self.model.radiance(n, l, v, albedo)  # Cycles has it
         tangent = normalize(add(v, scale(n, -mu)))
-        x = dot(tangent, l)
-        y = math.sqrt(max(0.0, 1.0 - x * x - z * z))
+        across = cross(n, tangent)
+
+        def in_frame(a: Vector) -> Vector:
+            return dot(tangent, a), dot(across, a), dot(n, a)
+
+        light = in_frame(l)
+        mesh = in_frame(normalize(self.mesh_normal)) if self.mesh_normal and self.lobe_set == CYCLES else NORMAL
+        shadow = cycles_lobe(NORMAL, light, mesh) / z if self.lobe_set == CYCLES else 1.0
+        if self.lobe_set == CYCLES and registered.cycles is not CyclesClosures.LOBES:
+            return self.model.radiance(n, l, v, albedo) * shadow  # Cycles has it
         facing, functions = registered.terms_of(self.model, float_view(mu, rho)).expansion()
         family = next(iter(functions), None)
         if family is None:
-            return rho / math.pi * facing * max(0.0, z)
+            return rho / math.pi * facing * max(0.0, z) * shadow
         lobes, table = self.table[self.lobe_set][family]
         weights = [sum(w * table[name][k].at(mu) for name, w in functions.items()) for k in range(len(next(iter(table.values()))))]
-        values = lobe_values(self.lobe_set, lobes, x, y, z, mu)
+        values = lobe_values(self.lobe_set, lobes, light, mu, mesh)
         total = sum(weight * value for weight, value in zip(weights, values, strict=True))
         if self.lobe_set == SINGLE:
             return rho / math.pi * max(0.0, facing * z + total) if z > 0.0 else 0.0
@@ -65,9 +88,11 @@ class Rendered:
         if self.lobe_set == PAIR:
             around, bent = max(0.0, facing + weights[0]), max(0.0, weights[1])  # closures have no negative colors
             return rho / math.pi * eevee_horizon(z) * (around * values[0] + bent * values[1])
-        base, fujii = facing + weights[0], weights[1]
-        rest = total - weights[0] * z - fujii * values[1]
-        return rho / math.pi * (base * z + min(fujii, base) * values[1] + rest)  # a roughness of at most 1
+        base, fujii, away = facing + weights[0], weights[1], weights[2]
+        if away:
+            rest = 1.0 - mapped_share(mesh[2])
+            base, fujii, away = base + rest * MAPPED_BASE * away, fujii * (1.0 - rest * MAPPED_FUJII * mu), away * (1.0 - rest)
+        return rho / math.pi * (base * values[0] + min(fujii, base) * values[1] + away * values[2])  # a roughness of at most 1
 
 
 def floor(model: ReflectanceModel, functions: Mapping[str, float], mu: float) -> float:

@@ -18,6 +18,10 @@ def scale(a: Vector, factor: float) -> Vector:
     return (a[0] * factor, a[1] * factor, a[2] * factor)
 
 
+def cross(a: Vector, b: Vector) -> Vector:
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
 def normalize(a: Vector) -> Vector:
     """Return `a` at length 1, or the zero vector where `a` has no direction: no length, or a component that is not finite."""
     length = math.hypot(*a)

@@ -104,12 +104,16 @@ def build_single_scattering(graph: Graph) -> Value:
 
 
 def build_away(graph: Graph) -> Value:
-    n, tangent, color = map(graph.input, AWAY_LOBE.inputs)
-    return graph.diffuse(graph.maximum(color, 0.0), graph.multiply_add(tangent, -math.tan(CYCLES_AWAY), n))
+    tangent, color = map(graph.input, AWAY_LOBE.inputs)
+    mesh = graph.geometry("Normal")  # closures.lobe.away
+    up = graph.maximum(graph.dot(mesh, tangent), 0.0) + 1.0 / math.tan(CYCLES_AWAY)
+    return graph.diffuse(graph.maximum(color, 0.0), mesh * up - tangent)
 
 
-def _inner(key: str, label: str, description: str, inputs: tuple[Socket, ...], build: Callable[[Graph], Value]) -> Group:
-    return Group(key, f".True Diffuse {label}", label, 1, description, inputs, lambda graph: {"BSDF": build(graph)})
+def _inner(
+    key: str, label: str, description: str, inputs: tuple[Socket, ...], build: Callable[[Graph], Value], version: int = 1
+) -> Group:
+    return Group(key, f".True Diffuse {label}", label, version, description, inputs, lambda graph: {"BSDF": build(graph)})
 
 
 SINGLE_LOBE = _inner(
@@ -153,4 +157,4 @@ SINGLE_SCATTERING = _inner(
     (N, _vector("Color", "Color of the lobe"), _number("Roughness", "Roughness of Fujii's model, 0 to 1")),
     build_single_scattering,
 )
-AWAY_LOBE = _inner("away", "Away Lobe", "Cycles: a lobe away from the viewer", (N, TANGENT, AWAY), build_away)
+AWAY_LOBE = _inner("away", "Away Lobe", "Cycles: a lobe away from the viewer", (TANGENT, AWAY), build_away, 2)

@@ -4,7 +4,7 @@
 from collections.abc import Callable
 
 from ..blender.osl import compiles_osl
-from ..closures.lobe import CYCLES, GRAZING, PAIR, SIGNED, SINGLE
+from ..closures.lobe import CYCLES, GRAZING, MAPPED_BASE, MAPPED_FADE, MAPPED_FUJII, PAIR, SIGNED, SINGLE
 from ..closures.lobe_table import TABLE
 from ..closures.quality import CHOSEN_LIGHTS, EEVEE_LOBES, NUMBERS
 from ..models.fujii import K1, FujiiTerms
@@ -147,8 +147,15 @@ def cycles_closures(surface: Surface, model: ReflectanceModel, expansion: Expans
     z, function, away = weights(CYCLES)
     base = expansion.facing + z
     if away != 0.0:
+        mesh = graph.geometry("Normal")
+        if n is not mesh:  # a graph that knows more than that Normal may be linked has one value for both
+            share = 1.0 / graph.multiply_add(graph.dot(n, mesh), -MAPPED_FADE, 1.0 + MAPPED_FADE)  # closures.lobe.mapped_share
+            rest = 1.0 - share
+            base = base + away * (rest * MAPPED_BASE)
+            function = function * (1.0 - rest * surface.view.mu * MAPPED_FUJII)
+            away = away * share
         once = graph.group(SINGLE_SCATTERING, N=n, Color=color * (base + K1 * function), Roughness=function / base)["BSDF"]
-        return graph.add_shader(once, graph.group(AWAY_LOBE, N=n, Tangent=surface.tangent, Away=color * away)["BSDF"])
+        return graph.add_shader(once, graph.group(AWAY_LOBE, Tangent=surface.tangent, Away=color * away)["BSDF"])
     # A roughness of 1 and the rest to Lambert: so each channel can have a fraction of its own.
     rough = graph.minimum(function, base)
     once = graph.group(SINGLE_SCATTERING, N=n, Color=color * rough * (1.0 + K1), Roughness=1.0)["BSDF"]

@@ -10,20 +10,22 @@ import sys
 from argparse import Namespace
 from collections.abc import Sequence
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import checkout  # noqa: F401 - makes the checkout the package true_diffuse
-from true_diffuse.addon.closures.lobe import CYCLES, PAIR, SIGNED, SINGLE, Fit, Lobe, Weight, lobe_values
+from true_diffuse.addon.closures.lobe import CYCLES, PAIR, SIGNED, SINGLE, Fit, Lobe, Weight, lobe_values, mapped_share
 from true_diffuse.addon.closures.lobe_error import lobe_error
 from true_diffuse.addon.closures.lobe_table import TABLE, to_json
 from true_diffuse.addon.closures.lobes import Rendered
 from true_diffuse.addon.models import MODELS, Model, ReflectanceModel
+from true_diffuse.addon.models.oren_nayar import RAMP
 from true_diffuse.addon.models.quadrature import gauss_legendre
 from true_diffuse.addon.models.registry import CyclesClosures
-from true_diffuse.addon.models.vector import Vector, from_polar
+from true_diffuse.addon.models.vector import Vector, dot, from_polar
 from true_diffuse.scripts.cli.console import Parser, Terminal, end, script_arguments
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import run_script
@@ -37,6 +39,8 @@ ASIDE: Vector = (0.6, 0.0, 0.8)  # a light
 START = {PAIR: (0.0, 1.0), SIGNED: (0.8, 1.0, 0.6, 0.9)}  # of the search, for functions that are new
 # How much a uniform world counts against lamps where the signed lobes are fitted: enough to make it right to 0.1 %.
 WORLD = 1000.0
+MAPPED_VIEWS, TILTS, TILT_AZIMUTHS = (15, 35, 55, 75), (5, 15, 30, 45), (0, 45, 90, 135, 180)  # degrees
+MAPPED_ORDER, LOWEST = 8, 0.1
 RIDGE = 1e-9  # keeps weights small that the light hardly tells apart
 
 type Directions = dict[tuple[str, str], tuple[float, ...]]  # by family and lobe set
@@ -142,7 +146,7 @@ def fit(lobe_set: str, family: Family, lobes: tuple[Lobe, ...], order: int, view
         powers = (1.0, sine, sine * mu, sine * mu * mu)
         received = dict.fromkeys(functions, 0.0)
         for l, solid_angle in directions:
-            values = lobe_values(lobe_set, lobes, *l, mu)
+            values = lobe_values(lobe_set, lobes, l, mu)
             rows.append([values[k] * powers[power] for k, power in unknowns])
             counted.append(solid_angle)
             for name, function in functions.items():
@@ -173,6 +177,35 @@ def fit_all(order: int, views: Sequence[int], better: Directions | None = None) 
                 directions = (better or {}).get((key, lobe_set)) or family.directions(lobe_set)
                 fits[key] = fit(lobe_set, family, lobes_of(lobe_set, directions), order, views)
     return table
+
+
+def mapped_views(lowest: float) -> list[tuple[float, Vector, list[Vector]]]:
+    """Return surfaces whose N is mapped: mu, the mesh's normal and lights in the frame (V_t, N x V_t, N).
+
+    The lights are above both horizons by a cosine of `lowest`.
+    """
+    result = []
+    for view, tilt, azimuth in product(MAPPED_VIEWS, TILTS, TILT_AZIMUTHS):
+        mu, mesh = math.cos(math.radians(view)), from_polar(math.cos(math.radians(tilt)), math.radians(azimuth))
+        if math.sqrt(1.0 - mu * mu) * mesh[0] + mu * mesh[2] > LOWEST:
+            both = ((x, side * y, z) for (x, y, z), _ in lights(MAPPED_ORDER) for side in (1.0, -1.0))
+            result.append((mu, mesh, [l for l in both if min(l[2], dot(mesh, l)) > lowest]))
+    return result
+
+
+def fit_mapped() -> tuple[float, float]:
+    """Return MAPPED_BASE and MAPPED_FUJII, with which the error is least in relation to Lambert's radiance."""
+    fit = TABLE[CYCLES][RAMP.name].weights[RAMP.name]
+    rows, wanted = [], []
+    for mu, mesh, seen in mapped_views(LOWEST):
+        weights = [weight.at(mu) for weight in fit]
+        rest = 1.0 - mapped_share(mesh[2])
+        for l in seen:
+            lambert, fujii, away = lobe_values(CYCLES, (), l, mu, mesh)  # all relative to Lambert's law
+            rows.append([rest * weights[2], -rest * mu * weights[1] * fujii / lambert])
+            wanted.append(RAMP.value(l, mu) / l[2] - (weights[1] * fujii + (1.0 - rest) * weights[2] * away) / lambert)
+    base, fujii = least_squares(rows, wanted)
+    return base, fujii
 
 
 def search(key: str, lobe_set: str) -> tuple[float, tuple[float, ...]]:
@@ -223,7 +256,7 @@ def write(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
                 terminal.say(f"{key} {lobe_set}: {100.0 * least:.2f} % with {numbers}")
     output.write_json(options.out.name, to_json(fit_all(ORDER, VIEWS, better)))
     output.publish()
-    terminal.say(f"Wrote {options.out}")
+    terminal.say(f"Wrote {options.out}; in lobe.py belong MAPPED_BASE, MAPPED_FUJII = {', '.join(f'{x:.4g}' for x in fit_mapped())}")
 
 
 if __name__ == "__main__":

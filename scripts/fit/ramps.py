@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fits the ramps of shaders/rough_diffuse.osl to the models, by least squares over all lights and views; none may be negative.
+"""Fits the ramps of shaders/rough_diffuse.osl to the models, by least squares over all lights and views.
+
+None may be negative but those for a Normal that is not the mesh's.
 
 uv run scripts/fit/ramps.py
 """
@@ -13,23 +15,27 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
-from true_diffuse.addon.closures.lobe import cycles_bump_shadowing
+from true_diffuse.addon.closures.lobe import away, cycles_bump_shadowing, cycles_lobe
 from true_diffuse.addon.models import OrenNayar1994, Pitted
 from true_diffuse.addon.models.fujii import SHAPE
 from true_diffuse.addon.models.oren_nayar_1994 import FACETS, INTERREFLECTION
 from true_diffuse.addon.models.pitted import ONCE
+from true_diffuse.addon.models.quadrature import NORMAL
 from true_diffuse.addon.models.terms import relative_radiance
 from true_diffuse.addon.models.vector import Vector, dot, from_polar
 from true_diffuse.scripts.cli.console import Parser, end, script_arguments
 from true_diffuse.scripts.fit.least_squares import dot as dot_product
-from true_diffuse.scripts.fit.least_squares import solve
-from true_diffuse.scripts.fit.lobes import ORDER, VIEWS, lights
+from true_diffuse.scripts.fit.least_squares import least_squares, solve
+from true_diffuse.scripts.fit.lobes import ORDER, VIEWS, lights, mapped_views
 
 KNOTS = 7  # the values of a ramp, at M.L = 1/7, 2/7 ... 1; at 0 it is 0
 FAR, NEAR = math.radians(89.5), math.radians(65.0)  # from N, away from the viewer
 NEAR_STARTS = 3  # the near ramp's first values that stay 0: so it is 0 wherever s >= 0
 BESIDE = math.radians(80.0)  # from N, square to the viewer
 TOWARDS = 0.75  # of the viewer's angle from N
+HALF_AWAY: Vector = (-math.sqrt(0.5), 0.0, math.sqrt(0.5))
+MAPPED_UP = 0.01  # the slope at which the ramp away from the viewer rises over the mesh
+MAPPED_FLOOR = 0.05  # to the error's weight, 1 / Lambert's radiance: nothing counts without end near a horizon
 RIDGE = 1e-6  # keeps numbers small that the light hardly tells apart
 SLIGHT = 1e-9  # a gain that is none
 
@@ -145,25 +151,65 @@ def nonnegative(gram: list[list[float]], right: list[float], signed: Collection[
         used.add(max(unused, key=gains.__getitem__))
 
 
+def fit_mapped() -> list[float]:
+    """Return the numbers of z max(0, -x) where N is not the mesh's normal M, as the shader's `mapped` has them.
+
+    Three for Fujii's function F, and for each ramp around N, 45 degrees away from the viewer, and 90 degrees away but over M, three
+    for M.L and three for (M.L)^2: factors of sin(v), of mu sin(v), and of sin(v) times the component of M along V_t.
+    """
+    rows, wanted, weights = [], [], []
+    for mu, mesh, seen in mapped_views(0.0):
+        sine = math.sqrt(1.0 - mu * mu)
+        shares = (sine, sine * mu, sine * mesh[0])
+        normals = (NORMAL, HALF_AWAY, away(mesh, MAPPED_UP))
+        for l in seen:
+            lambert = cycles_lobe(NORMAL, l, mesh)
+            shadow = lambert / l[2]
+            values = [SHAPE.value(l, mu) * shadow]
+            for m in normals:
+                m_dot_l = max(0.0, dot(m, l))
+                linear = cycles_lobe(m, l, mesh)
+                values += (linear, linear * between_knots(m_dot_l))
+            rows.append([value * share for value in values for share in shares])
+            wanted.append(sine * max(0.0, -l[0]) * lambert)
+            weights.append(1.0 / (lambert + MAPPED_FLOOR) ** 2)
+    return least_squares(rows, wanted, weights, RIDGE)
+
+
+def between_knots(x: float) -> float:
+    """Return what a ramp of the squares of its places has at `x` in (0, 1], over `x`."""
+    low = min(KNOTS - 1, math.floor(KNOTS * x)) / KNOTS
+    return (2.0 * low + 1.0 / KNOTS) - low * (low + 1.0 / KNOTS) / x if x > 0.0 else 0.0
+
+
 def fit_all() -> tuple[dict[str, list[float]], dict[str, list[float]]]:
     """Return the numbers of each ramp by its name in the shader, for mu = 0 and then for mu = 1, and those of z and F."""
     # z max(0, -x), of equation (1), is the same for every view
     darker = fit(lambda l, _: l[2] * max(0.0, -l[0]), lambda *_: 1.0, away_closures, lambda _: (1.0,), views=VIEWS[:1])
-    away = [number for (number,) in darker]
+    away_values = [number for (number,) in darker]
     model = partial(relative_radiance, OrenNayar1994(1.0))
-    once = fit(lambda l, mu: FACETS.value(l, mu) - SHAPE.value(l, mu), model, closures_1994, sine_blend, signed=(0, 1))
-    twice = fit(INTERREFLECTION.value, model, lambda l, mu: closures_1994(l, mu)[:2], sine_blend, signed=(0, 1))
+
+    def beside_fujii(l: Vector, mu: float) -> float:
+        return FACETS.value(l, mu) - SHAPE.value(l, mu)
+
+    once = fit(beside_fujii, model, closures_1994, sine_blend, signed=(0, 1))
+    # Where N is not the mesh's normal, Cycles shadows what is bent away from either: z and F alone
+    upright, twice = (
+        fit(target, model, lambda l, mu: closures_1994(l, mu)[:2], sine_blend, signed=(0, 1))
+        for target in (beside_fujii, INTERREFLECTION.value)
+    )
     walls = partial(relative_radiance, Pitted())
     dark, white = (fit(target, walls, pitted_closures, blend) for target in (ONCE.value, walls))
 
     def both(rows: list[list[float]]) -> list[float]:
         return [row[i] for i in (0, 1) for row in rows]
 
-    ramps = {"far": away[:KNOTS], "near": [0.0] * NEAR_STARTS + away[KNOTS:]}
+    ramps = {"far": away_values[:KNOTS], "near": [0.0] * NEAR_STARTS + away_values[KNOTS:], "mapped": fit_mapped()}
     ramps |= {"around": both(once[2 : 2 + KNOTS]), "beside": both(once[2 + KNOTS :])}
     for name, rows in (("dark", dark), ("white", white)):
         ramps |= {f"{name}_around": both(rows[1 : 1 + KNOTS]), f"{name}_towards": both(rows[1 + KNOTS :])}
-    return ramps, {"z_0": once[0], "f_0": once[1], "z_1": twice[0], "f_1": twice[1], "dark": dark[0], "white": white[0]}
+    pairs = {"upright z_0": upright[0], "z_0": once[0], "upright f_0": upright[1], "f_0": once[1]}
+    return ramps, pairs | {"z_1": twice[0], "f_1": twice[1], "dark": dark[0], "white": white[0]}
 
 
 def source(ramps: dict[str, list[float]], pairs: dict[str, list[float]]) -> str:
