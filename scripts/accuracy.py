@@ -51,6 +51,14 @@ def rough(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     yield Section(steps, {title: study.rough_table})
 
 
+def mapped(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
+    """Hold each rough model against its formula where normals are mapped, bumped, or of a coarse smooth mesh."""
+    from true_diffuse.scripts.studies import mapped_normal as study
+
+    title = "RMS error and, in brackets, the largest, by the angle between N and the mesh's normal, in %"
+    yield Section(study.steps(engines, options.quick), {title: study.table})
+
+
 def engines(_options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Hold EEVEE against Cycles, under three lights and a sky."""
     from true_diffuse.scenes.sphere import sphere_under_sun
@@ -224,6 +232,7 @@ MEASURES: dict[str, Measure] = {
     measure.__name__: measure
     for measure in (
         rough,
+        mapped,
         engines,
         stability,
         cost,

@@ -24,9 +24,9 @@ from dataclasses import dataclass, field
 
 from ..models.geometry import clamp
 from ..models.protocol import Model
+from ..models.quadrature import NORMAL
 from ..models.registry import CyclesClosures, ReflectanceModel, by_formula
 from ..models.terms import float_view
-from ..models.quadrature import NORMAL
 from ..models.vector import Vector, add, cross, dot, normalize, scale
 from .lobe import (
     CYCLES,
@@ -93,6 +93,21 @@ class Rendered:
             rest = 1.0 - mapped_share(mesh[2])
             base, fujii, away = base + rest * MAPPED_BASE * away, fujii * (1.0 - rest * MAPPED_FUJII * mu), away * (1.0 - rest)
         return rho / math.pi * (base * values[0] + min(fujii, base) * values[1] + away * values[2])  # a roughness of at most 1
+
+
+@dataclass(frozen=True)
+class Shadowed:
+    """A `model` times the factor by which Cycles shadows Lambert's law around an N that is not the mesh's, `mesh_normal`."""
+
+    model: Model
+    mesh_normal: Vector
+
+    def radiance(self, n: Vector, l: Vector, v: Vector, albedo: float) -> float:
+        """Return the reflected radiance [W/(m^2 sr)] for E0 = 1 W/m^2; unit vectors."""
+        n_dot_l = dot(n, l)
+        if n_dot_l <= 0.0:
+            return 0.0
+        return self.model.radiance(n, l, v, albedo) * (cycles_lobe(n, l, self.mesh_normal) / n_dot_l)
 
 
 def floor(model: ReflectanceModel, functions: Mapping[str, float], mu: float) -> float:

@@ -12,13 +12,13 @@ import bpy
 
 from ..blender.engines import CYCLES, EEVEE, ENGINES, REALTIME, Engine, uses_osl
 from ..blender.id_properties import SPECIALIZED_FOR
+from ..closures import lobe_error
 from ..closures.lobe import CYCLES as CYCLES_LOBES
 from ..closures.lobe import SINGLE
-from ..closures.lobe_error import lobe_error
 from ..closures.lobes import Rendered
 from ..closures.quality import CHOSEN_LIGHTS, EEVEE_LOBES
 from ..models import Model, ReflectanceModel, Specular, by_label
-from ..models.registry import Osl
+from ..models.registry import CyclesClosures, Osl
 from ..nodes import GROUPS, PRINCIPLED, SPECULAR_GROUP, SUBSURFACE
 from ..nodes.graph import COLOR, key_and_version
 from ..nodes.model_nodes import ROUGHNESS, SOCKETS
@@ -29,6 +29,8 @@ from .surface import GroupInputs, Setting
 BRIGHTEST_IN_EEVEE = 8.0  # the highest color of a closure that EEVEE's format of 10 bits and an exponent of 2 holds
 PRINCIPLED_NAMES = {ROUGHNESS.name: DIFFUSE_ROUGHNESS.name, COLOR.name: BASE_COLOR.name}  # of what the models' formulas take
 VARYING_IN_REALTIME = {"Color"}  # sockets whose textures and attributes Realtime draws
+MAPPED_ORDER = 2  # within 4 % of the error of mapped normals, in 40 ms
+OSL_MAPPED = 0.035  # of the rough models at a roughness of 1, in scripts/studies/mapped_normal.py
 ORDER = 6  # of the quadrature: two digits of the error, in 25 ms at most, as a panel is drawn while a slider moves
 
 
@@ -172,7 +174,31 @@ def stated_error(summary: MaterialSummary, scene: bpy.types.Scene) -> str:
     return f"Rough part: {message}" if is_part else f"{message[0].upper()}{message[1:]}"
 
 
+def mapped_error(summary: MaterialSummary, scene: bpy.types.Scene) -> str:
+    """Return a message: what a mapped normal adds to the error in Cycles. Empty without one, in other engines, and where unknown."""
+    if engine_of(scene) is not CYCLES or "Normal" not in summary.linked or summary.rough_fraction <= 0.0:
+        return ""
+    lobe_set = summary.lobe_set(CYCLES)
+    beside = "beside Cycles' shadowing of mapped normals"
+    if summary.follows_lights or summary.group == SPECULAR_GROUP.key or "Model" in summary.linked:
+        return ""
+    model = summary.reflectance
+    if lobe_set is None or model.cycles is not CyclesClosures.LOBES:
+        return f"Mapped normals: no more, {beside}"
+    if model.osl is not None and summary.has_osl and uses_osl(scene):
+        return f"Mapped normals: up to {100.0 * OSL_MAPPED:g} % (RMS) with OSL, {beside}" if model.is_rough else ""
+    if model.parameter and summary.socket(model.parameter.socket) in summary.linked:
+        return ""  # it may differ from place to place
+    error = _mapped_error(model, model.shape(summary.shape_inputs))
+    return f"Mapped normals: {100.0 * error:.2g} % (RMS) at 30 degrees, {beside}"
+
+
+@functools.lru_cache(maxsize=256)
+def _mapped_error(model: ReflectanceModel, shape: tuple[float, ...]) -> float:
+    return lobe_error.mapped_error(model.formula(*shape), MAPPED_ORDER)
+
+
 @functools.lru_cache(maxsize=256)
 def _lobe_error(model: ReflectanceModel, shape: tuple[float, ...], lobe_set: str) -> float:
     formula = model.formula(*shape)
-    return lobe_error(Rendered(formula, lobe_set), formula, ORDER)
+    return lobe_error.lobe_error(Rendered(formula, lobe_set), formula, ORDER)

@@ -232,11 +232,11 @@ def draw_accuracy(
     layout: bpy.types.UILayout, scene: bpy.types.Scene, material: bpy.types.Material, summary: "MaterialSummary"
 ) -> None:
     """Draw the stated error of the formulas that `summary` names, and the last measurement of the material's surface."""
-    from ..material.summary import material_summary, stated_error
+    from ..material.summary import mapped_error, material_summary, stated_error
 
     first, *rest = textwrap.wrap(stated_error(summary, scene) or "Not measured yet", LINE_LENGTH)
     layout.label(text=first, icon="INFO")
-    _caption(layout, *rest)
+    _caption(layout, *rest, *textwrap.wrap(mapped_error(summary, scene), LINE_LENGTH))
     layout.operator(TRUE_DIFFUSE_OT_measure.bl_idname)
     measurement = measurements.get(material.session_uid)
     if measurement is None:

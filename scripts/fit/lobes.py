@@ -256,7 +256,9 @@ def write(options: Namespace, output: OutputFolder, terminal: Terminal) -> None:
                 terminal.say(f"{key} {lobe_set}: {100.0 * least:.2f} % with {numbers}")
     output.write_json(options.out.name, to_json(fit_all(ORDER, VIEWS, better)))
     output.publish()
-    terminal.say(f"Wrote {options.out}; in lobe.py belong MAPPED_BASE, MAPPED_FUJII = {', '.join(f'{x:.4g}' for x in fit_mapped())}")
+    terminal.say(
+        f"Wrote {options.out}; in lobe.py belong MAPPED_BASE, MAPPED_FUJII = {', '.join(f'{x:.4g}' for x in fit_mapped())}"
+    )
 
 
 if __name__ == "__main__":

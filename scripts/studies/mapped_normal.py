@@ -12,7 +12,6 @@ from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import product
 
 import bpy
 
@@ -38,7 +37,9 @@ PLACES = 48  # pairs of normals for each tilt
 SUNS = tuple((angle, 40.0 * k) for k, angle in enumerate((15.0, 30.0, 45.0, 60.0, 75.0, 90.0, 100.0, 110.0)))
 """Polar angle from the viewer and azimuth in degrees."""
 VIEWER: Vector = (0.0, 0.0, 1.0)
-LOWEST = 0.1  # the least cosine of either normal to light and viewer; nearer to a horizon all radiance vanishes, and shares of it vary
+LOWEST = (
+    0.1  # the least cosine of either normal to light and viewer; nearer to a horizon all radiance vanishes, and shares of it vary
+)
 ALBEDO = 0.8
 HALF = 0.45  # of a pixel: how far each triangle reaches
 CONFIGURATIONS = (Configuration(CYCLES, BALANCED), Configuration(CYCLES, BALANCED, osl=True), Configuration(EEVEE, BALANCED))
@@ -72,23 +73,24 @@ def shown(quick: bool) -> list[Shown]:
     for source in SOURCES:
         others = [each for each in EVERY.values() if each not in (PAPER, LAMBERT)] if source == NORMAL and not quick else []
         result.append(Shown(source, LAMBERT, 0.0))
-        result += [Shown(source, each, sigma) for each in (PAPER, *others) for sigma in SIGMAS if each.is_rough or sigma == SIGMAS[0]]
+        result += [
+            Shown(source, each, sigma) for each in (PAPER, *others) for sigma in SIGMAS if each.is_rough or sigma == SIGMAS[0]
+        ]
     return result
 
 
 def places(count: int = PLACES) -> list[Place]:
-    """Return `count` pairs of normals for each of TILTS, which face the viewer; the same in every run."""
-    rng, result = random.Random(18), []
+    """Return `count` pairs of normals for each of TILTS, which face the viewer: the same N as far as may be, and in every run."""
+    result = []
     for tilt in TILTS:
-        found: list[Place] = []
+        rng, found = random.Random(18), list[Place]()
         while len(found) < count:
-            face = from_polar(rng.uniform(LOWEST, 1.0), rng.uniform(0.0, 2.0 * math.pi))
-            across = BlenderVector(face).orthogonal()
-            across.rotate(Quaternion(face, rng.uniform(0.0, 2.0 * math.pi)))
-            n = BlenderVector(face)
-            n.rotate(Quaternion(across, math.radians(tilt)))
-            if n.z > LOWEST:
-                found.append(Place(face, tuple(n), tilt))
+            n = from_polar(rng.uniform(LOWEST, 1.0), rng.uniform(0.0, 2.0 * math.pi))
+            across, face = BlenderVector(n).orthogonal(), BlenderVector(n)
+            across.rotate(Quaternion(n, rng.uniform(0.0, 2.0 * math.pi)))
+            face.rotate(Quaternion(across, math.radians(tilt)))
+            if face.z > LOWEST:
+                found.append(Place(tuple(face), n, tilt))
         result += found
     return result
 
@@ -103,7 +105,10 @@ def steps(used: Sequence[Engine], quick: bool) -> list[Step]:
             lambert = next(k for k, one in enumerate(cases) if one.source == case.source)
             for tilt in TILTS:
                 errors = [
-                    values[index][k] / values[lambert][k] / (_radiance(case.formula, place, light) / _radiance(Lambert(), place, light)) - 1.0
+                    values[index][k]
+                    / values[lambert][k]
+                    / (_radiance(case.formula, place, light) / _radiance(Lambert(), place, light))
+                    - 1.0
                     for light, values in pictures
                     for k, place in enumerate(where)
                     if place.tilt == tilt and min(dot(place.n, light), dot(place.face, light)) > LOWEST
@@ -133,9 +138,7 @@ def _radiance(model: Model, place: Place, light: Vector) -> float:
     return model.radiance(place.n, light, VIEWER, ALBEDO)
 
 
-def render_cases(
-    configuration: Configuration, cases: Sequence[Shown], where: Sequence[Place], light: Vector
-) -> list[list[float]]:
+def render_cases(configuration: Configuration, cases: Sequence[Shown], where: Sequence[Place], light: Vector) -> list[list[float]]:
     """Return for each case the radiance at each place, for a sun of irradiance 1 W/m^2 from `light`."""
     count = len(cases) * len(where)
     width = math.ceil(math.sqrt(count))
@@ -154,7 +157,9 @@ def render_cases(
     with render.measurement_scene(source, subject, lamp) as scene:
         rows = render.radiance(scene, configuration.engine, 4 if configuration.engine is EEVEE else 1)[1]
     bpy.data.scenes.remove(source)
-    pixels = array("f", [rows[3 * (width * y + x)] for y in reversed(range(height)) for x in range(width)])  # rows come from the top
+    pixels = array(
+        "f", [rows[3 * (width * y + x)] for y in reversed(range(height)) for x in range(width)]
+    )  # rows come from the top
     return [list(pixels[k : k + len(where)]) for k in range(0, count, len(where))]
 
 

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a normal is mapped: what Cycles makes of the closures, and how near the models come to their formulas."""
+
+import math
+from itertools import product
+
+import bpy
+
+import pytest
+
+from true_diffuse.addon.blender.engines import CYCLES, REALTIME, Engine
+from true_diffuse.addon.closures.lobe import CYCLES as CYCLES_LOBES
+from true_diffuse.addon.closures.lobe import MAPPED_BASE, MAPPED_FUJII, cycles_lobe
+from true_diffuse.addon.closures.lobe_error import mapped_error
+from true_diffuse.addon.closures.lobes import Rendered
+from true_diffuse.addon.closures.quality import BALANCED
+from true_diffuse.addon.measure import render
+from true_diffuse.addon.models import Lambert, OrenNayar
+from true_diffuse.addon.models.vector import Vector, dot, from_polar
+from true_diffuse.scenes.elements import add, add_sun
+from true_diffuse.scripts.fit import lobes
+from true_diffuse.scripts.studies import mapped_normal as study
+from true_diffuse.scripts.studies.rough import EVERY, LAMBERT, PAPER, Configuration
+
+NODES, OSL = Configuration(CYCLES, BALANCED), Configuration(CYCLES, BALANCED, osl=True)
+LIGHTS = [from_polar(math.cos(math.radians(angle)), azimuth) for angle, azimuth in ((40.0, 0.4), (70.0, 2.0), (100.0, 4.0))]
+# Off by more in one of our scenes than RMS or at one place, of equation (1) beside Cycles' shadowing of Lambert's law. Three suns
+# and 16 places a tilt may have worse ones than the study's, so a half more than its 1.5 and 6 %, 3.5 and 13 % (OSL), 3 and 10 %,
+# 7 and 23 % (nodes) is let pass.
+LIMITS = {
+    (NODES, 0.33): (0.045, 0.15),
+    (NODES, 1.0): (0.1, 0.35),
+    (OSL, 0.33): (0.023, 0.09),
+    (OSL, 1.0): (0.053, 0.2),
+}
+
+
+def seen(place: study.Place, light: Vector) -> bool:
+    return min(dot(place.n, light), dot(place.face, light)) > study.LOWEST
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("empty_file")
+@pytest.mark.parametrize("configuration", [NODES, OSL], ids=lambda configuration: configuration.record["target"])
+def test_mapped_normals_are_shaded_as_documented(configuration: Configuration) -> None:
+    cases = [study.Shown(source, PAPER, sigma) for source, sigma in product(study.SOURCES, study.SIGMAS)]
+    exact = [study.Shown(study.NORMAL, EVERY[model], 0.5) for model in ("fujii", "eon", "cycles_diffuse")]
+    every, where = [*cases, *exact, *(study.Shown(source, LAMBERT, 0.0) for source in study.SOURCES)], study.places(16)
+    squares = {case: list[float]() for case in every}
+    for light in LIGHTS:
+        values = dict(zip(every, study.render_cases(configuration, every, where, light), strict=True))
+        for k, place in enumerate(where):
+            if not seen(place, light):
+                continue
+            lambert = Lambert().radiance(place.n, light, study.VIEWER, study.ALBEDO)
+            for case in (*cases, *exact):
+                shadowed = values[study.Shown(case.source, LAMBERT, 0.0)][k] / lambert
+                formula = case.formula.radiance(place.n, light, study.VIEWER, study.ALBEDO) * shadowed
+                squares[case].append((values[case][k] / formula - 1.0) ** 2)
+            # Normal maps and bumps of the same N are the same to their nodes' rounding; shading normals of the mesh have 16 bits
+            for one, other in ((study.NORMAL_MAP, study.NORMAL), (study.BUMP, study.NORMAL)):
+                first, second = (values[study.Shown(source, PAPER, 0.33)][k] for source in (one, other))
+                assert first == pytest.approx(second, rel=2e-3)
+            if configuration is NODES:
+                # what the closures are said to reflect: the rest of DOUBLINGS, and 32-bit floats
+                rendered = Rendered(OrenNayar(0.33), CYCLES_LOBES, mesh_normal=place.face)
+                expected = rendered.radiance(place.n, light, study.VIEWER, study.ALBEDO)
+                assert values[study.Shown(study.NORMAL, PAPER, 0.33)][k] == pytest.approx(expected, rel=3e-3)
+                assert shadowed == pytest.approx(cycles_lobe(place.n, light, place.face) / dot(place.n, light), rel=1e-3) or (
+                    case.source == study.SMOOTH
+                )
+    for case, found in squares.items():
+        if case in exact:
+            assert math.sqrt(max(found)) < 3e-3  # Fujii's: the rest of DOUBLINGS
+        elif case in cases:
+            rms, largest = LIMITS[configuration, case.sigma]
+            assert math.sqrt(sum(found) / len(found)) < rms, case
+            assert math.sqrt(max(found)) < largest, case
+
+
+def test_what_stands_in_for_the_away_lobe_is_what_the_fit_gives() -> None:
+    assert lobes.fit_mapped() == pytest.approx((MAPPED_BASE, MAPPED_FUJII), rel=1e-3)  # written with 4 digits
+
+
+@pytest.mark.parametrize(("sigma", "error"), [(0.33, 0.0276), (1.0, 0.0597)])
+def test_mapped_error_is_that_of_the_study(sigma: float, error: float) -> None:
+    # at 30 degrees: 2.7 and 6.0 % by Cycles, over other lights and views
+    assert mapped_error(OrenNayar(sigma), 6) == pytest.approx(error, abs=5e-4)
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.33, 1.0])
+def test_closures_are_lambert_or_unchanged_where_the_mesh_has_the_same_normal(sigma: float) -> None:
+    n, l, v = (0.0, 0.0, 1.0), from_polar(0.4, 2.5), from_polar(0.6, 0.0)
+    flat = Rendered(OrenNayar(sigma), CYCLES_LOBES).radiance(n, l, v, 0.8)
+    assert Rendered(OrenNayar(sigma), CYCLES_LOBES, mesh_normal=n).radiance(n, l, v, 0.8) == flat
+
+
+def tilted(sigma: float, degrees: float) -> bpy.types.Material:
+    """Equation (1) with a constant Normal that is turned from +Z towards -X."""
+    material = PAPER.material(BALANCED, Roughness=sigma, Color=(0.8, 0.8, 0.8, 1.0))
+    tree, angle = material.node_tree, math.radians(degrees)
+    normal = tree.nodes.new("ShaderNodeCombineXYZ")
+    normal.inputs[0].default_value, normal.inputs[2].default_value = -math.sin(angle), math.cos(angle)
+    tree.links.new(normal.outputs[0], next(node for node in tree.nodes if node.type == "GROUP").inputs["Normal"])
+    return material
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("engine", [CYCLES, REALTIME], ids=lambda engine: engine.key)
+@pytest.mark.usefixtures("registered", "driver")
+def test_constant_normal_tilts_the_shading(engine: Engine) -> None:
+    """Seen from 30 degrees, the sun at 70 on the other side: equation (1) by hand; Realtime to its picture's 16-bit floats.
+
+    Cycles shadows some 2 % of it, and its closures are off by 6 and 8 % at sigma = 0.33, 14 and 20 % at 1, where Normal leans to the
+    sun and from it.
+    """
+    scene = bpy.context.scene
+    bpy.ops.mesh.primitive_plane_add(size=10.0)
+    plane, angle = bpy.context.object, math.radians(30.0)
+    scene.camera = add(scene, "Camera", bpy.data.cameras.new("Camera"))
+    scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 1.0
+    scene.camera.location, scene.camera.rotation_euler = (5.0 * math.sin(angle), 0.0, 5.0 * math.cos(angle)), (0.0, angle, 0.0)
+    add_sun(scene, "Sun", (-math.sin(math.radians(70.0)), 0.0, math.cos(math.radians(70.0))), math.pi)
+    scene.render.resolution_x = scene.render.resolution_y = 8
+    scene.cycles.max_bounces = 0
+    scene.world = None
+    scene.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
+    expected = {(0.33, 0.0): 0.2397, (0.33, 15.0): 0.4019, (0.33, -15.0): 0.0611, (1.0, 15.0): 0.2864, (1.0, -15.0): 0.0435}
+    for (sigma, degrees), value in expected.items():
+        plane.data.materials.clear()
+        plane.data.materials.append(tilted(sigma, degrees))
+        _, rgb = render.radiance(scene, engine, 4)
+        off = 1e-3 if engine is REALTIME else 0.1 if sigma < 1.0 else 0.23
+        assert rgb[len(rgb) // 2] == pytest.approx(value, rel=off), (sigma, degrees)
