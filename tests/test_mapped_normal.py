@@ -111,8 +111,8 @@ def tilted(sigma: float, degrees: float) -> bpy.types.Material:
 def test_constant_normal_tilts_the_shading(engine: Engine) -> None:
     """Seen from 30 degrees, the sun at 70 on the other side: equation (1) by hand; Realtime to its picture's 16-bit floats.
 
-    Cycles shadows some 2 % of it, and its closures are off by 6 and 8 % at sigma = 0.33, 14 and 20 % at 1, where Normal leans to the
-    sun and from it.
+    Cycles shadows some 2 % of it. Where Normal leans to the sun and from it, its closures are off by 6 and 8 % at sigma = 0.33, by
+    14 and 20 % at 1.
     """
     scene = bpy.context.scene
     bpy.ops.mesh.primitive_plane_add(size=10.0)

@@ -175,7 +175,7 @@ def stated_error(summary: MaterialSummary, scene: bpy.types.Scene) -> str:
 
 
 def mapped_error(summary: MaterialSummary, scene: bpy.types.Scene) -> str:
-    """Return a message: what a mapped normal adds to the error in Cycles. Empty without one, in other engines, and where unknown."""
+    """Return a message: what a mapped normal adds to the error in Cycles. Empty without one, in other engines, where unknown."""
     if engine_of(scene) is not CYCLES or "Normal" not in summary.linked or summary.rough_fraction <= 0.0:
         return ""
     lobe_set = summary.lobe_set(CYCLES)

@@ -16,7 +16,7 @@ from true_diffuse.addon.models import MODELS
 from true_diffuse.addon.models.registry import Osl
 from true_diffuse.addon.models.vector import Vector, add, dot, normalize, scale
 from true_diffuse.scripts.studies.float32_accuracy import AccuracyCheck, Reference, anywhere, single, single_vector
-from true_diffuse.scripts.studies.osl_values import EXACT, VIEWER, Inputs, Sun, drawn, evaluate, suns
+from true_diffuse.scripts.studies.osl_values import EXACT, STEEP, VIEWER, Inputs, Sun, drawn, evaluate, suns
 from true_diffuse.scripts.studies.study import Step
 
 COUNT, SUNS = 100_000, 12
@@ -125,7 +125,7 @@ def _cases(count: int) -> dict[tuple[str, str], list[Inputs]]:
 
 
 def _towards_viewer(sun: Sun, n: Vector) -> bool:
-    """Return whether s is so far above 0 that the ramps of Oren-Nayar are 0."""
+    """Return whether s is so far above 0 that the ramps of Oren-Nayar are 0, and N is the mesh's, as these ramps are for."""
     n, l = normalize(n), normalize(sun.towards)
     side = add(VIEWER, scale(n, -dot(n, VIEWER)))
-    return dot(side, l) >= 0.01 * math.hypot(*side) * dot(n, l)
+    return min(dot(n, l), dot(n, VIEWER)) > STEEP and dot(side, l) >= 0.01 * math.hypot(*side) * dot(n, l)
