@@ -98,7 +98,8 @@ def _cases(count: int) -> dict[tuple[str, str], list[Inputs]]:
     families: dict[tuple[str, str], list[Inputs]] = {}
     for model in drawn():
         is_towards_viewer = MODELS[model].osl is Osl.EXACT_TOWARDS_VIEWER
-        typical = Inputs(model, ahead, VIEWER, rho, roughness, ior)
+        # Oren-Nayar's ramps are other ones where N is not the mesh's
+        typical = Inputs(model, ahead, VIEWER, rho, roughness, ior, turns=not is_towards_viewer)
 
         def at(
             places: Sequence[tuple[Sun, Vector]], typical: Inputs = typical, towards_viewer: bool = is_towards_viewer
@@ -125,7 +126,7 @@ def _cases(count: int) -> dict[tuple[str, str], list[Inputs]]:
 
 
 def _towards_viewer(sun: Sun, n: Vector) -> bool:
-    """Return whether s is so far above 0 that the ramps of Oren-Nayar are 0, and N is the mesh's, as these ramps are for."""
+    """Return whether s is so far above 0 that the ramps of Oren-Nayar are 0, where the mesh can be turned as N is."""
     n, l = normalize(n), normalize(sun.towards)
     side = add(VIEWER, scale(n, -dot(n, VIEWER)))
-    return min(dot(n, l), dot(n, VIEWER)) > STEEP and dot(side, l) >= 0.01 * math.hypot(*side) * dot(n, l)
+    return n[2] > STEEP and dot(side, l) >= 0.01 * math.hypot(*side) * dot(n, l)
