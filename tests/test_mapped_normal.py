@@ -2,18 +2,20 @@
 """Where a normal is mapped: what Cycles makes of the closures, and how near the models come to their formulas."""
 
 import math
+import re
 from itertools import product
 
 import bpy
 
 import pytest
 
-from true_diffuse.addon.blender.engines import CYCLES, REALTIME, Engine
+from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
 from true_diffuse.addon.closures.lobe import CYCLES as CYCLES_LOBES
 from true_diffuse.addon.closures.lobe import MAPPED_BASE, MAPPED_FUJII, cycles_lobe
 from true_diffuse.addon.closures.lobe_error import mapped_error
 from true_diffuse.addon.closures.lobes import Rendered
-from true_diffuse.addon.closures.quality import BALANCED
+from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS
+from true_diffuse.addon.material import summary
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.models import Lambert, OrenNayar
 from true_diffuse.addon.models.vector import Vector, dot, from_polar
@@ -132,3 +134,26 @@ def test_constant_normal_tilts_the_shading(engine: Engine) -> None:
         _, rgb = render.radiance(scene, engine, 4)
         off = 1e-3 if engine is REALTIME else 0.1 if sigma < 1.0 else 0.23
         assert rgb[len(rgb) // 2] == pytest.approx(value, rel=off), (sigma, degrees)
+
+
+@pytest.mark.usefixtures("registered")
+def test_panel_says_what_mapped_normals_add() -> None:
+    scene, material = bpy.context.scene, tilted(0.33, 15.0)
+    group = next(node for node in material.node_tree.nodes if node.type == "GROUP")
+
+    def said(engine: Engine, **inputs: object) -> str:
+        scene.render.engine = engine.identifier
+        for socket, value in inputs.items():
+            group.inputs[socket].default_value = value
+        return summary.mapped_error(summary.material_summary(material), material, scene)
+
+    found = re.fullmatch(r"Mapped normals: (\S+) % \(RMS\) at 30 degrees, beside Cycles' shadowing of mapped normals", said(CYCLES))
+    assert found and float(found[1]) == pytest.approx(2.76, abs=0.15)  # as the study has it, with fewer lights
+    none = "Mapped normals: no more, beside Cycles' shadowing of mapped normals"
+    assert (said(EEVEE), said(REALTIME), said(CYCLES, Model="EON")) == ("", "", none)
+    assert said(CYCLES, Model="Oren-Nayar", Quality=CHOSEN_LIGHTS) == none
+    material.node_tree.links.clear()
+    assert said(CYCLES, Quality=BALANCED) == ""
+    material.cycles.use_bump_map_correction = False
+    assert said(CYCLES) == "Bump Map Correction is off in the material's settings: Oren-Nayar needs it"
+    assert (said(EEVEE), said(CYCLES, Model="EON")) == ("", "")

@@ -174,16 +174,20 @@ def stated_error(summary: MaterialSummary, scene: bpy.types.Scene) -> str:
     return f"Rough part: {message}" if is_part else f"{message[0].upper()}{message[1:]}"
 
 
-def mapped_error(summary: MaterialSummary, scene: bpy.types.Scene) -> str:
+def mapped_error(summary: MaterialSummary, material: bpy.types.Material, scene: bpy.types.Scene) -> str:
     """Return a message: what a mapped normal adds to the error in Cycles. Empty without one, in other engines, where unknown."""
-    if engine_of(scene) is not CYCLES or "Normal" not in summary.linked or summary.rough_fraction <= 0.0:
+    if engine_of(scene) is not CYCLES or summary.group == SPECULAR_GROUP.key or summary.rough_fraction <= 0.0:
         return ""
-    lobe_set = summary.lobe_set(CYCLES)
-    beside = "beside Cycles' shadowing of mapped normals"
-    if summary.follows_lights or summary.group == SPECULAR_GROUP.key or "Model" in summary.linked:
+    if {"Model", "Quality"} & summary.linked:
         return ""
     model = summary.reflectance
-    if lobe_set is None or model.cycles is not CyclesClosures.LOBES:
+    has_lobes = summary.lobe_set(CYCLES) is not None and model.cycles is CyclesClosures.LOBES
+    if has_lobes and model.functions and not material.cycles.use_bump_map_correction:
+        return f"Bump Map Correction is off in the material's settings: {model.label} needs it"
+    if "Normal" not in summary.linked:
+        return ""
+    beside = "beside Cycles' shadowing of mapped normals"
+    if not has_lobes:
         return f"Mapped normals: no more, {beside}"
     if model.osl is not None and summary.has_osl and uses_osl(scene):
         return f"Mapped normals: up to {100.0 * OSL_MAPPED:g} % (RMS) with OSL, {beside}" if model.is_rough else ""

@@ -236,7 +236,7 @@ def draw_accuracy(
 
     first, *rest = textwrap.wrap(stated_error(summary, scene) or "Not measured yet", LINE_LENGTH)
     layout.label(text=first, icon="INFO")
-    _caption(layout, *rest, *textwrap.wrap(mapped_error(summary, scene), LINE_LENGTH))
+    _caption(layout, *rest, *textwrap.wrap(mapped_error(summary, material, scene), LINE_LENGTH))
     layout.operator(TRUE_DIFFUSE_OT_measure.bl_idname)
     measurement = measurements.get(material.session_uid)
     if measurement is None:
