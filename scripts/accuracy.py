@@ -57,9 +57,6 @@ def mapped(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
 
     title = "RMS error and, in brackets, the largest, by the angle between N and the mesh's normal, in %"
     yield Section(study.steps(engines, options.quick), {title: study.table})
-    if not options.quick:
-        title = "The least RMS error of equation (1) that any sum of closures in Cycles can have, in %"
-        yield Section(study.least_possible(), {title: study.least_possible_table})
 
 
 def engines(_options: Namespace, engines: list["Engine"]) -> Iterator[Section]:

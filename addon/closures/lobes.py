@@ -15,7 +15,7 @@ c(mu) max(0, d.L) around directions d that move with mu; `lobe_table.json` has t
   alpha^2 = tan^2(angle between the two) / 8, at most 1, by A. Conty Estevez, P. Lecocq, C. Stein, "A Microfacet-Based Shadowing
   Function to Solve the Bump Terminator Problem" (2019). So it does to Lambert's law where N is not M, and more to the away lobe,
   which then gives way to closures around N. No sum of Diffuse closures of any number and direction would be within 1 % there:
-  scripts/studies/mapped_normal.py.
+  scripts/fit/mapped.py.
 """
 
 import math

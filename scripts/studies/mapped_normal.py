@@ -12,8 +12,6 @@ from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import product
-from operator import mul
 
 import bpy
 
@@ -22,16 +20,12 @@ from mathutils import Vector as BlenderVector
 
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, Engine
 from true_diffuse.addon.blender.osl import compiles_osl
-from true_diffuse.addon.closures.lobe import cycles_lobe
 from true_diffuse.addon.closures.quality import BALANCED
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.models import Lambert, Model
-from true_diffuse.addon.models.quadrature import NORMAL as NORMAL_UP
-from true_diffuse.addon.models.terms import relative_radiance
 from true_diffuse.addon.models.vector import Vector, dot, from_polar
 from true_diffuse.scenes.elements import add, add_sun
-from true_diffuse.scripts.fit.ramps import nonnegative
 from true_diffuse.scripts.studies.rough import EVERY, LAMBERT, PAPER, Configuration, MeasuredModel
 from true_diffuse.scripts.studies.study import Step, Table, percent, pivot, text
 
@@ -47,7 +41,6 @@ LOWEST = (
     0.1  # the least cosine of either normal to light and viewer; nearer to a horizon all radiance vanishes, and shares of it vary
 )
 ALBEDO = 0.8
-BOUND_VIEWS, BOUND_LIGHTS, BOUND_CLOSURES = (30.0, 60.0), 150, 120  # of `least_possible`; degrees
 HALF = 0.45  # of a pixel: how far each triangle reaches
 CONFIGURATIONS = (Configuration(CYCLES, BALANCED), Configuration(CYCLES, BALANCED, osl=True), Configuration(EEVEE, BALANCED))
 
@@ -134,54 +127,6 @@ def steps(used: Sequence[Engine], quick: bool) -> list[Step]:
 
     own = [each for each in CONFIGURATIONS if each.engine in used and (compiles_osl() or not each.osl)]
     return [Step(f"Mapped normals  {each.name}", partial(measure, each), 10.0) for each in own]
-
-
-def least_possible() -> list[Step]:
-    """Return a step for each tilt and sigma, whose record has the least RMS error of equation (1) that closures in Cycles can have.
-
-    That is of any sum, with positive weights, of Diffuse closures of roughness 0 and 1 around N and around directions everywhere,
-    chosen anew for each view and mesh; in the frame (V_t, N x V_t, N), over lights evenly spread above both horizons.
-    """
-
-    def measure(tilt: float, sigma: float) -> Iterator[Record]:
-        errors = []
-        for view, azimuth in product(BOUND_VIEWS, (0.0, 90.0, 180.0)):
-            mu = math.cos(math.radians(view))
-            mesh = from_polar(math.cos(math.radians(tilt)), math.radians(azimuth))
-            above = [l for l in _sphere(BOUND_LIGHTS) if min(l[2], dot(mesh, l)) > LOWEST]
-            closures = [
-                _closure(m, rough, above, from_polar(mu, 0.0), mesh) for m in _sphere(BOUND_CLOSURES) for rough in (0.0, 1.0)
-            ]
-            expected = [relative_radiance(PAPER.formula(sigma), l, mu) * cycles_lobe(NORMAL_UP, l, mesh) / l[2] for l in above]
-            columns = [[value / e for value, e in zip(closure, expected, strict=True)] for closure in closures if any(closure)]
-            gram = [[sum(map(mul, a, b)) for b in columns] for a in columns]
-            weights = nonnegative(gram, [sum(column) for column in columns], ())
-            used = [(weight, column) for weight, column in zip(weights, columns, strict=True) if weight > 0.0]
-            off = [sum(weight * column[k] for weight, column in used) - 1.0 for k in range(len(above))]
-            errors.append(math.sqrt(sum(x * x for x in off) / len(off)))
-        yield {"tilt": tilt, "sigma": sigma, "least_rms_error": sum(errors) / len(errors), "least_of_a_view": min(errors)}
-
-    return [
-        Step(f"Least possible  {tilt:g} degrees  {sigma:g}", partial(measure, tilt, sigma))
-        for tilt in TILTS[1:]
-        for sigma in SIGMAS
-    ]
-
-
-def _sphere(count: int) -> list[Vector]:
-    """Return N and `count` directions evenly spread over the half of the sphere around it: Fibonacci's lattice."""
-    return [NORMAL_UP, *(from_polar((k + 0.5) / count, math.pi * (3.0 - math.sqrt(5.0)) * k) for k in range(count))]
-
-
-def _closure(m: Vector, roughness: float, above: Sequence[Vector], v: Vector, mesh: Vector) -> list[float]:
-    """Return what a Diffuse closure without multiple scattering, around `m`, reflects of each light `above`, times pi."""
-    n_dot_v = max(0.0, dot(m, v))
-    values = []
-    for l in above:
-        lobe, n_dot_l = cycles_lobe(m, l, mesh), max(0.0, dot(m, l))
-        s = dot(l, v) - n_dot_l * n_dot_v
-        values.append(lobe * (1.0 + roughness * (s / max(n_dot_l, n_dot_v, 1e-9) if s > 0.0 else s)))
-    return values
 
 
 def lights() -> list[Vector]:
@@ -301,12 +246,3 @@ def table(records: Sequence[Record]) -> Table:
 
     titles = ("Configuration", "Normal from", "Model", "Sigma")
     return pivot(records, titles, row, lambda one: f"{one['tilt']:g}\u00b0", cell)
-
-
-def least_possible_table(records: Sequence[Record]) -> Table:
-    """Return a row for each sigma: the least RMS error by tilt and, in brackets, that of the best view, in %."""
-
-    def cell(found: list[Record]) -> str:
-        return f"{percent(found[0]['least_rms_error'], '.1f')} ({percent(found[0]['least_of_a_view'], '.1f')})"
-
-    return pivot(records, ("Sigma",), lambda one: (text(one["sigma"]),), lambda one: f"{one['tilt']:g}\u00b0", cell)
