@@ -144,7 +144,7 @@ def viewport(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     if EEVEE not in engines:
         raise BadInput("a viewport needs EEVEE's graphics driver")
     register_realtime()
-    title = "What an edit costs a viewport: reading the scene + drawing the first sample, in ms"
+    title = "What an edit costs a viewport: reading the scene + drawing the first sample, in ms of processor time"
     yield Section(list(study.steps(options.quick)), {title: study.table})
 
 

@@ -41,7 +41,7 @@ from .view import View, sample_offset
 TRANSPARENT = (0.0, 0.0, 0.0, 0.0)
 MISSING = (1.0, 0.0, 1.0, 1.0)  # the color of missing images in Blender
 SPECULAR_TABLE_SIZE = (32, 32 * 16 + 1)  # as in shaders/realtime/specular_table.glsl
-OBJECTS_ACROSS = 256  # in a row of the texture of matrices
+OBJECTS_ACROSS = 256  # in a row of the texture of matrices, as in shaders/realtime/objects.glsl
 FAR = (1e30, 1e30, 1e30, 1e30)
 GATHER_STEPS = (0.8191725133961645, 0.6710436067037893)  # a sequence that fills a square evenly, other than sample_offset's
 

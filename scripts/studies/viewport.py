@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What an edit costs a viewport of True Diffuse Realtime, by the number of objects: reading the scene, drawing the first sample.
 
-What Blender does itself before it tells the engine of an edit is not part of it.
+What Blender does itself before it tells the engine of an edit is not part of it. Times are processor times of all threads, which
+other programs hardly affect; of a graphics card they hold the driver's part alone.
 """
 
 import time
@@ -81,7 +82,7 @@ class Watched:
         """Take what Blender would show in the viewport."""
 
     def costs(self) -> dict[str, tuple[float, float]]:
-        """Return what each of EDITS costs: reading and drawing [s]."""
+        """Return what each of EDITS costs: reading and drawing [s of processor time]."""
         bpy.app.handlers.depsgraph_update_post.append(self._read)
         try:
             return {name: self._cost(change, 1 if name == FIRST else ROUNDS) for name, change in self._edits().items()}
@@ -112,9 +113,9 @@ class Watched:
         self._seen.perspective_matrix = scale @ Matrix.Rotation(angle, 4, "X") @ Matrix.Translation(-middle)
 
     def _read(self, _scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-        start = time.perf_counter()
+        start = time.process_time()
         self._viewport.update(self, self._context, depsgraph)
-        self._reading += time.perf_counter() - start
+        self._reading += time.process_time() - start
 
     def _cost(self, change: Callable[[int], object], rounds: int) -> tuple[float, float]:
         reading, drawing = [], []
@@ -124,10 +125,10 @@ class Watched:
             bpy.context.view_layer.update()
             reading.append(self._reading)
             with self._window.bind():
-                start = time.perf_counter()
+                start = time.process_time()
                 self._viewport.draw(self, self._context, bpy.context.evaluated_depsgraph_get().scene)
                 self._window.read_color(0, 0, 1, 1, 4, 0, "FLOAT")  # waits until all is drawn
-                drawing.append(time.perf_counter() - start)
+                drawing.append(time.process_time() - start)
         return median(reading), median(drawing)
 
 
@@ -147,7 +148,7 @@ def steps(quick: bool) -> Iterator[Step]:
 
 
 def table(found: Sequence[Record]) -> Table:
-    """Return columns and rows: milliseconds of reading + drawing, for each number of objects and each edit."""
+    """Return columns and rows: milliseconds of processor time, reading + drawing, for each number of objects and each edit."""
 
     def cell(shared: list[Record]) -> str:
         (one,) = shared

@@ -4,8 +4,7 @@
 
 ivec2 object_texel(int index)
 {
-    int across = textureSize(objects, 0).x / 4;
-    return ivec2(4 * (index % across), index / across);
+    return ivec2(4 * (index & 255), index >> 8); // rows of 256 objects
 }
 
 mat4 object_matrix_of(int index)
