@@ -206,6 +206,13 @@ def optimize(_options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
         yield Section(steps, {"What optimized materials save, before -> after": study.table})
 
 
+def handlers(_options: Namespace, _engines: list["Engine"]) -> Iterator[Section]:
+    """Time the handlers at thousands of objects, and an edit of one of hundreds of optimized materials."""
+    from true_diffuse.scripts.studies import handlers as study
+
+    yield Section(study.steps(), {"What handlers take": study.table})
+
+
 def animation(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Hold keyed frames against stills of their values, and what noise flickers between frames against the noise."""
     from true_diffuse.addon.blender.engines import EEVEE, REALTIME
@@ -245,6 +252,7 @@ MEASURES: dict[str, Measure] = {
         subsurface,
         usd,
         optimize,
+        handlers,
         animation,
     )
 }
