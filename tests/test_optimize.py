@@ -389,8 +389,19 @@ def key_socket(node: bpy.types.Node) -> None:
     node.inputs["Roughness"].keyframe_insert("default_value", frame=1)
 
 
+def drive_socket(node: bpy.types.Node) -> None:
+    node.inputs["Roughness"].driver_add("default_value").driver.expression = "0.5"
+
+
+def key_further_socket(node: bpy.types.Node) -> None:
+    node.inputs["IOR"].keyframe_insert("default_value", frame=1)  # makes the action, of which alone the next key is told
+    bpy.context.view_layer.update()
+    assert is_optimized(node)
+    key_socket(node)
+
+
 @in_blender
-@pytest.mark.parametrize("change", [set_socket, set_menu, link_socket, key_socket])
+@pytest.mark.parametrize("change", [set_socket, set_menu, link_socket, drive_socket, key_socket, key_further_socket])
 def test_change_restores(change: Callable[[bpy.types.Node], None]) -> None:
     sphere, node = shown(ROUGH_DIFFUSE, Roughness=0.0)
     optimize_materials()

@@ -4,20 +4,16 @@
 import bpy
 
 from ..blender.handlers import register_handlers_factory
+from ..blender.id_properties import GROUP_ID
 
 
 @bpy.app.handlers.persistent
-def drop_deleted(_scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph) -> None:
-    """Clear the slots of deleted lights, if an object has been deleted since the last call."""
-    global object_count
-    before, object_count = object_count, len(bpy.data.objects)
-    if object_count < before:
+def drop_deleted(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    """Clear the slots of deleted lights, where an update tells of changed collections: a deleted object changes its own."""
+    if depsgraph.id_type_updated("COLLECTION") and any(GROUP_ID in tree for tree in bpy.data.node_groups):
         from ..nodes import chosen_lights
 
         chosen_lights.drop_deleted()
-
-
-object_count = 0  # of the file at the last call
 
 
 register, unregister = register_handlers_factory((("depsgraph_update_post", drop_deleted),))

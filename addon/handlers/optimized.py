@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Handlers that restore an optimized material when an edit of its sockets makes its specialized tree wrong, and before each render.
 
+After an update only the materials that it concerns are looked at: Blender tells of a new driver with the material's own node tree
+alone, and of a key in an action that exists with the action alone.
+
 As long as a file has no optimized material the handlers import nothing but bpy.
 """
 
@@ -16,15 +19,21 @@ def _has_specialized() -> bool:
 
 @bpy.app.handlers.persistent
 def after_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    changed = [update.id.original for update in depsgraph.updates if isinstance(update.id, CHANGES)]
-    if changed and _has_specialized():
-        from ..optimize.materials import invalidate
+    if any(map(depsgraph.id_type_updated, ("MATERIAL", "NODETREE", "ACTION"))) and _has_specialized():
+        changed = {update.id.original for update in depsgraph.updates if isinstance(update.id, CHANGES)}
+        changed = {each for each in changed if not isinstance(each, bpy.types.Action) or _is_of_shading(each)}
+        if changed:
+            from ..optimize.materials import invalidate
+            from ..optimize.usage import owners_of
 
-        owners = [each for each in changed if isinstance(each, bpy.types.Material) or not each.is_embedded_data]
-        invalidate(None if any(isinstance(each, bpy.types.Action) for each in changed) else owners)
+            invalidate(owners_of(changed))
 
 
 CHANGES = (bpy.types.Material, bpy.types.ShaderNodeTree, bpy.types.Action)
+
+
+def _is_of_shading(action: bpy.types.Action) -> bool:
+    return any(slot.target_id_type in ("MATERIAL", "NODETREE") for slot in action.slots)
 
 
 @bpy.app.handlers.persistent

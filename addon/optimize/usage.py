@@ -2,7 +2,7 @@
 """How a group node is used: what of its sockets can leave something out."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
 
 import bpy
@@ -41,6 +41,29 @@ def tree_of(owner: Owner) -> bpy.types.ShaderNodeTree | None:
     return owner.node_tree if isinstance(owner, bpy.types.Material) else owner
 
 
+def owners_of(changed: Set[bpy.types.ID]) -> list[Owner]:
+    """Return the materials and node trees that are in `changed`, or own a node tree or use an action that is."""
+    owners: list[Owner] = [each for each in changed if isinstance(each, bpy.types.Material) or _is_group(each)]
+    rest = changed - {*owners, *map(tree_of, owners)}
+    if rest:
+        found = (owner for owner in (*bpy.data.materials, *bpy.data.node_groups) if owner not in changed)
+        owners += [owner for owner in found if tree_of(owner) in rest or not rest.isdisjoint(actions(owner))]
+    return owners
+
+
+def _is_group(item: bpy.types.ID) -> bool:
+    return isinstance(item, bpy.types.NodeTree) and not item.is_embedded_data
+
+
+def actions(owner: Owner) -> Iterator[bpy.types.Action]:
+    """Yield the actions of `owner` and its node tree, and those of NLA strips."""
+    for item in {owner, tree_of(owner)}:
+        data = item.animation_data if item else None
+        if data is not None:
+            strips = (strip.action for track in data.nla_tracks for strip in track.strips)
+            yield from (action for action in (data.action, *strips) if action)
+
+
 def use_of(owner: Owner, node: bpy.types.Node) -> Use:
     """Return how `node` is used; a socket with a link, a driver or keyframes is not constant."""
     animated = animated_paths(owner)
@@ -66,11 +89,8 @@ def animated_paths(owner: Owner) -> set[str]:
     paths: set[str] = set()
     for item in (owner, tree_of(owner)):
         data = item.animation_data if item else None
-        if data is None:
-            continue
-        paths.update(curve.data_path for curve in data.drivers)
-        for action in (data.action, *(strip.action for track in data.nla_tracks for strip in track.strips)):
-            for layer in action.layers if action else ():
-                for bag in (bag for strip in layer.strips for bag in strip.channelbags):
-                    paths.update(curve.data_path for curve in bag.fcurves)
+        paths.update(curve.data_path for curve in (data.drivers if data else ()))
+    for layer in (layer for action in actions(owner) for layer in action.layers):
+        for bag in (bag for strip in layer.strips for bag in strip.channelbags):
+            paths.update(curve.data_path for curve in bag.fcurves)
     return paths

@@ -8,7 +8,7 @@ import bpy
 
 from ..blender.handlers import register_handlers_factory
 
-CHANGES = (bpy.types.Material, bpy.types.NodeTree, bpy.types.Image, bpy.types.Action)
+CHANGES = ("MATERIAL", "NODETREE", "IMAGE", "ACTION")
 kept: dict[tuple[int, Hashable], Any] = {}  # by a material's session_uid and what it is
 
 
@@ -27,7 +27,7 @@ def keep[T](material: bpy.types.Material, layer: bpy.types.ViewLayer, what: Hash
 @bpy.app.handlers.persistent
 def after_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """Forget all if a material may have changed."""
-    if kept and any(isinstance(update.id, CHANGES) for update in depsgraph.updates):
+    if kept and any(map(depsgraph.id_type_updated, CHANGES)):
         kept.clear()
 
 
