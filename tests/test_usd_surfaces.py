@@ -709,3 +709,82 @@ def test_storm_shows_images_where_cycles_does(is_preview: bool, tmp_path: Path) 
     mirrored = [expected[3 * (size * y + size - 1 - x) + channel] for y in range(size) for x in range(size) for channel in range(3)]
     # A texel's step is 0.05 of radiance, and filters differ by a part of it; a wrong place, tint or color space by several
     assert sum(off) / len(off) < 0.01 < 0.05 < sum(abs(a - b) for a, b in zip(mirrored, expected, strict=True)) / len(off)
+
+
+def fed_by(kind: str, output: str, socket: str, **values: object) -> Callable[[bpy.types.Material, bpy.types.Node], None]:
+    """Return a function that links an output of a new node to a socket of our group, whose values are set first."""
+
+    def feed(material: bpy.types.Material, node: bpy.types.Node) -> None:
+        for name, value in values.items():
+            node.inputs[name.replace("_", " ")].default_value = value
+        link(new(material, kind).outputs[output], node.inputs[socket])
+
+    return feed
+
+
+def emission_beside(material: bpy.types.Material, node: bpy.types.Node) -> None:
+    emission, total = new(material, "Emission"), new(material, "AddShader")
+    emission.inputs["Color"].default_value = (0.0, 0.0, 0.0, 1.0)
+    link(new(material, "ObjectInfo").outputs["Color"], emission.inputs["Color"])
+    link(node.outputs[0], total.inputs[0])
+    link(emission.outputs[0], total.inputs[1])
+    link(total.outputs[0], material.node_tree.get_output_node("ALL").inputs["Surface"])
+
+
+def bumped(material: bpy.types.Material, node: bpy.types.Node) -> None:
+    fed_by("Bump", "Normal", "Normal")(material, node)
+    link(new(material, "Attribute", attribute_name="height").outputs["Fac"], material.node_tree.nodes["Bump"].inputs["Height"])
+
+
+def numbered(material: bpy.types.Material, node: bpy.types.Node) -> None:
+    link(new(material, "Attribute", attribute_name="number").outputs["Color"], node.inputs["Base Color"])
+
+
+def keyed(_material: bpy.types.Material, node: bpy.types.Node) -> None:
+    node.inputs["Roughness"].keyframe_insert("default_value", frame=1)
+
+
+def muted(material: bpy.types.Material, node: bpy.types.Node) -> None:
+    mix, diffuse = new(material, "MixShader"), new(material, "BsdfDiffuse")
+    link(node.outputs[0], mix.inputs[1])
+    link(diffuse.outputs[0], mix.inputs[2])
+    link(mix.outputs[0], material.node_tree.get_output_node("ALL").inputs["Surface"])
+    node.mute = True
+
+
+BLACK = (0.0, 0.0, 0.0, 1.0)
+INFO = "the output Color of the node Object Info (Object Info) is not supported, the socket's own value takes its place"
+LOST = {
+    "Emission": (
+        fed_by("ObjectInfo", "Color", "Emission Color", Emission_Color=BLACK, Emission_Strength=2.0),
+        f"Emission color: {INFO}",
+    ),
+    "Beside": (emission_beside, f"Emission color: {INFO}"),
+    "Dark": (fed_by("ObjectInfo", "Color", "Emission Color", Emission_Strength=0.0), None),
+    "Bump": (bumped, "a bump by lengths in MaterialX is not supported, its height is over the UV map's unit there"),
+    "Number": (numbered, "Base color: the attribute number of the type Int is not supported, the socket's own value is written"),
+    "Keyed": (keyed, "keyed or driven: its value at this frame counts (Principled Rough Diffuse)"),
+    "Muted": (muted, "the muted node Principled Rough Diffuse is not supported, the material is written as Blender has it"),
+}
+
+
+def test_what_is_lost_is_said_in_one_line(tmp_path: Path) -> None:
+    for name, (arrange, _) in LOST.items():
+        material = materials.create(name, PRINCIPLED)
+        arrange(material, group_node(material)[0])
+        mesh = show(material)
+        mesh.attributes.new("number", "INT", "POINT")
+        mesh.attributes.new("height", "FLOAT", "POINT")
+    image, _ = principled("Closest")
+    source = image_node(image, tmp_path, "pixels")
+    source.interpolation = "Closest"
+    link(source.outputs["Color"], image.node_tree.nodes["Principled BSDF"].inputs["Base Color"])
+    convert_materials([image], 1.0)
+    show(image)
+    export(tmp_path / "lost.usda")
+    said = [line.removeprefix("True Diffuse: ").partition(": ")[::2] for line in report.take()]
+    for name, (_, line) in LOST.items():
+        own = [text for material, text in said if material == name and "UsdPreviewSurface" not in text]
+        assert own == ([line] if line else []), name
+    closest = "Closest interpolation of the image pixels in UsdPreviewSurface is not supported, it is interpolated there"
+    assert ("Closest", closest) in said

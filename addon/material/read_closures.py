@@ -91,6 +91,7 @@ class ClosureReader:
         self.unit = unit
         self.losses: list[Loss] = []
         self.places: dict[str, Place] = {}
+        self.emits = False  # even where black takes the place of what feeds the color
 
     def surface(self, place: Place) -> Surface:
         """Return the surface of a closure's input; black where nothing is linked to it."""
@@ -113,10 +114,12 @@ class ClosureReader:
         place = output.input(name)
         self.places.setdefault(parameter, place)
         try:
-            return self.nodes.expression(place)
+            found = self.nodes.expression(place)
         except UnsupportedInput as problem:
             self.losses.append(Loss(parameter, problem.node, problem.what, OWN_VALUE))
-            return self.nodes.own(place)
+            found = self.nodes.own(place)
+        self.emits |= parameter == "emission_strength" and found != NOTHING
+        return found
 
     def values(self, output: Place, inputs: Mapping[str, str]) -> dict[str, Expression]:
         """Return `value` for each parameter by the name of its input."""
@@ -432,6 +435,8 @@ def material_surface(material: bpy.types.Material, target: str, reader: ClosureR
         if source(Place(output.inputs[name])).socket.is_output:
             reader.losses.append(Loss("", output.label or output.name, f"{name} at the output", "the surface is without it"))
     unused = {name for weight, names in WEIGHTS.items() if not found.uses(weight) for name in names}
+    if reader.emits:
+        unused.discard("emission_color")
     reader.losses = [loss for loss in reader.losses if loss.parameter not in unused]
     is_blended, is_culled = material.surface_render_method == "BLENDED", material.use_backface_culling
     return replace(found, is_blended=is_blended, is_culled=is_culled)

@@ -16,7 +16,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade
 from ..blender import color_spaces, report
 from ..material import node_record
 from ..material.expression import Attribute, Constant, Expression, NormalMap, walk
-from ..material.links import Place, upstream
+from ..material.links import Place, is_used, upstream
 from ..material.read import Reading
 from ..material.read_closures import TARGETS
 from ..material.read_nodes import NodeReader, UnsupportedInput
@@ -70,6 +70,9 @@ class Export:
         target = shown(material)
         if target:
             self._write(material, usd_material, export_texture, target)
+        elif muted := _muted(material):
+            loss = Loss("", "", f"the muted node {muted.label or muted.name}", "the material is written as Blender has it")
+            report.add(material.name, str(loss))
         return target is not None
 
     def finish(self, written: Written) -> bool:
@@ -195,6 +198,13 @@ def shown(material: bpy.types.Material) -> str | None:
         ):
             return target
     return None
+
+
+def _muted(material: bpy.types.Material) -> bpy.types.Node | None:
+    """Return a muted group of True Diffuse that would reach the output of a material; None where there is none."""
+    nodes = material.node_tree.nodes if material.node_tree else ()
+    muted = (node for node in nodes if node.mute and key_and_version(node)[0] in KEYS)
+    return next((node for node in muted if is_used(node.outputs[0])), None)
 
 
 def scale_length() -> float:

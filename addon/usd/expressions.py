@@ -20,7 +20,9 @@ from .lookups import color_of
 from .network import BOOL, COLOR, COLOR4, FILE, FLOAT, INT, STRING, VECTOR2, VECTOR3, VECTOR4, Constant, Network, Primvar
 from .terms import TYPES, Term, combined, constant
 
-PLAIN_TYPES = {"FLOAT": FLOAT, "FLOAT_VECTOR": VECTOR3}  # of attributes, by Blender's names of data types
+# Of attributes, by Blender's names of data types
+PLAIN_TYPES = {"FLOAT": FLOAT, "FLOAT_VECTOR": VECTOR3}
+COLOR_TYPES = {"FLOAT_COLOR", "BYTE_COLOR"}
 ADDRESS_MODES = {"REPEAT": "periodic", "EXTEND": "clamp", "CLIP": "constant", "MIRROR": "mirror"}
 FILTERS = {"Linear": "linear", "Closest": "closest", "Cubic": "cubic", "Smart": "cubic"}
 MAX_SEGMENTS = 32  # of a curve
@@ -157,6 +159,8 @@ class Writer:
             return self._uv_map(attribute.name).converted(kind)
         if data_type in PLAIN_TYPES:
             return self._plain_attribute(attribute, PLAIN_TYPES[data_type], kind)
+        if data_type not in COLOR_TYPES:
+            raise Unsupported("", f"the attribute {attribute.name} of the type {data_type.replace('_', ' ').title()}")
         key = Attribute(attribute.name), COLOR4
         if key not in self._written:
             primvar = Primvar(attribute.name, "color")

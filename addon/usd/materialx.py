@@ -22,7 +22,7 @@ V.H, which generalized_schlick_bsdf has with exponent 1 from color0 to black: V.
 from collections.abc import Callable, Mapping
 from math import tau
 
-from ..material.expression import Apply, Attribute, Coordinate, Expression, ImageTexture, apply
+from ..material.expression import Apply, Attribute, Bump, Coordinate, Expression, ImageTexture, apply, walk
 from ..material.expression import Constant as Value
 from ..material.surface import PARAMETERS, Loss, Surface, texture_factor
 from ..models.geometry import clamp
@@ -84,6 +84,8 @@ class _Builder:
         if surface.is_thin_wall:
             rest["thin_walled"] = Constant(BOOL, True)
         add("surface", "ND_surface", bsdf=bsdf, **rest)
+        if any(isinstance(one, Bump) for value in surface.inputs.values() for one in walk(value)):
+            self.losses.append(Loss("", "", "a bump by lengths in MaterialX", "its height is over the UV map's unit there"))
         if not surface.is_multi_scattering and {"metallic", "specular_weight", "transmission_weight"} & set(surface.inputs):
             what = "a specular lobe without multiple scattering (Distribution GGX)"
             self.losses.append(Loss("", "", what, "one with it is written"))

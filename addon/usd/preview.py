@@ -15,7 +15,7 @@ from ..material.operations import Kind
 from ..material.surface import PARAMETERS, Loss, Surface
 from ..models.geometry import clamp
 from .affine import transformed
-from .expressions import check_attribute, check_image, label
+from .expressions import COLOR_TYPES, check_attribute, check_image, label
 from .files import Files, Unsupported
 from .lookups import CHANNELS, Lookup, clipped, leaves, lookup
 from .materialx import highlight, index, mapped, mirror_reflectance, unit
@@ -28,6 +28,7 @@ ENCODED = "srgb_", "g22_", "g18_", "adobergb", "rec709_display"  # how names of 
 # What UsdPreviewSurface has nothing for
 LACKS = {
     "transmission_weight": "transmission",
+    "coat_color": "a coat's tint",
     "fuzz_weight": "sheen",
     "specular_anisotropy": "anisotropy",
     "thin_film_thickness": "thin film",
@@ -68,7 +69,10 @@ class _Builder:
             inputs |= self._normal()
         if occlusion:
             inputs["occlusion"] = self._number("occlusion", occlusion)
-        if lacking := [what for parameter, what in LACKS.items() if surface.uses(parameter)]:
+        lacking = [what for parameter, what in LACKS.items() if surface.uses(parameter)]
+        if surface.uses("coat_weight") and surface["coat_normal"] != surface["normal"]:
+            lacking.append("another normal for the coat")
+        if lacking:
             what = f"{', '.join(lacking).capitalize()} in {NOT_THERE}"
             self.losses.append(Loss("", "", what, "a surface without it is written there"))
         self.network.add("surface", "UsdPreviewSurface", TOKEN, "surface", **inputs)
@@ -180,7 +184,7 @@ class _Builder:
             if attribute and kind == "number" and expression == attribute and self._is_number(attribute):
                 name = Primvar(attribute.name, "value")
                 return self.network.add("attribute", "UsdPrimvarReader_float", FLOAT, "result", varname=name)
-            if attribute and kind == "triple":
+            if attribute and kind == "triple" and self._is_triple(attribute):
                 check_attribute(attribute)
                 if expression != attribute:
                     name = attribute.name or "that is active"
@@ -196,6 +200,9 @@ class _Builder:
 
     def _is_number(self, attribute: Attribute) -> bool:
         return attribute.output == "factor" and self.files.attributes.get(attribute.name) == "FLOAT"
+
+    def _is_triple(self, attribute: Attribute) -> bool:
+        return self.files.attributes.get(attribute.name, "FLOAT_COLOR") in {"FLOAT_VECTOR", *COLOR_TYPES}
 
     def _say(self, parameter: str, expression: Expression, what: str, instead: str) -> None:
         self.losses.append(Loss(parameter, _node(expression), what, instead))
@@ -213,6 +220,9 @@ class _Builder:
                 return self.network.output(output, found.output, VECTOR3 if found.output == "rgb" else FLOAT)
         texture = found.texture
         check_image(texture)
+        if texture.interpolation == "Closest":
+            what = f"Closest interpolation of the image {texture.image.name} in {NOT_THERE}"
+            self.losses.append(Loss("", "", what, "it is interpolated there"))
         file = self.files[texture.image.name]
         if file.color_space not in COLOR_SPACES:
             near = "sRGB" if file.color_space.startswith(ENCODED) else "linear Rec. 709"
@@ -266,6 +276,9 @@ class _Builder:
         return self._places[coordinates]
 
     def _attribute(self, attribute: Attribute) -> Output:
+        if self.files.attributes.get(attribute.name) == "FLOAT_VECTOR":
+            name = Primvar(attribute.name, "value")
+            return self.network.add("attribute", "UsdPrimvarReader_float3", VECTOR3, "result", varname=name)
         name = Primvar(attribute.name, "color")
         return self.network.add("attribute", "UsdPrimvarReader_float4", VECTOR4, "result", varname=name)
 
