@@ -19,7 +19,7 @@ from true_diffuse.addon.blender import fcurves, properties, report
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.convert import convert_materials
 from true_diffuse.addon.material.read import group_node
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
+from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 
 ROOT = Path(__file__).resolve().parent.parent
 VALIDATOR = "gltf-validator@2.0.0-dev.3.10"
@@ -550,6 +550,129 @@ def test_a_mix_with_a_transparent_bsdf_is_alpha(tmp_path: Path) -> None:
     assert written["value"]["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx([*COLOR[:3], 0.25])
     assert written["image"]["pbrMetallicRoughness"]["baseColorTexture"]["image"] == "holes"
     assert report.take() == []
+
+
+def at_output(material: bpy.types.Material, closure: bpy.types.Node) -> None:
+    material.node_tree.links.new(closure.outputs[0], material.node_tree.get_output_node("ALL").inputs["Surface"])
+
+
+def in_group(material: bpy.types.Material, opacity: float) -> None:
+    """Put what is at the output of `material`, one of our groups, into the artist's group with a mix around it."""
+    inner = bpy.data.node_groups.new("Artist", "ShaderNodeTree")
+    inner.interface.new_socket("Surface", in_out="OUTPUT", socket_type="NodeSocketShader")
+    node = materials.add_group(inner, ROUGH_DIFFUSE)
+    node.inputs["Model"].default_value, node.inputs["Color"].default_value = "Lambert", COLOR
+    mix, clear = inner.nodes.new("ShaderNodeMixShader"), inner.nodes.new("ShaderNodeBsdfTransparent")
+    mix.inputs[0].default_value = opacity
+    inner.links.new(clear.outputs[0], mix.inputs[1])
+    inner.links.new(node.outputs[0], mix.inputs[2])
+    inner.links.new(mix.outputs[0], inner.nodes.new("NodeGroupOutput").inputs[0])
+    at_output(material, add(material, "Group", node_tree=inner))
+
+
+BLUE = (0.1, 0.2, 0.7, 1.0)
+
+
+@pytest.fixture
+def mixed_file() -> None:
+    """A file with one material for each way in which two of ours, or one and something else, come to the output."""
+    for factor in (0.0, 1.0):
+        material = rough("Lambert")
+        material.name = f"factor {factor:g}"
+        second = materials.add_group(material.node_tree, ROUGH_DIFFUSE)
+        second.inputs["Model"].default_value, second.inputs["Color"].default_value = "Lambert", BLUE
+        at_output(material, add(material, "MixShader", factor, group_node(material)[0].outputs[0], second.outputs[0]))
+        show(material)
+    for name, kind in (("same", "MixShader"), ("alone", "AddShader")):
+        material = rough("Lambert")
+        material.name = name
+        own = group_node(material)[0].outputs[0]
+        at_output(material, add(material, kind, *((0.3, own, own) if kind == "MixShader" else (own,))))
+        show(material)
+    material = rough("Lambert")
+    material.name = "inside"
+    in_group(material, 0.25)
+    show(material)
+    material = rough("Lambert")
+    material.name = "muted"
+    own = group_node(material)[0]
+    at_output(material, add(material, "MixShader", 0.5, own.outputs[0], add(material, "BsdfDiffuse").outputs[0]))
+    own.mute = True
+    show(material)
+    material = rough("Lambert")
+    material.name = "cycles"
+    material.node_tree.get_output_node("ALL").target = "CYCLES"
+    other = add(material, "OutputMaterial", target="EEVEE")
+    material.node_tree.links.new(add(material, "BsdfDiffuse").outputs[0], other.inputs["Surface"])
+    show(material)
+
+
+@pytest.mark.usefixtures("mixed_file")
+def test_a_group_of_ours_counts_wherever_it_comes_to_the_output(tmp_path: Path) -> None:
+    """What a mix or sum does not change is written, in groups, too; what glTF cannot hold is said."""
+    written = by_name(export(tmp_path / "one.glb"))
+    colors = {name: material.get("pbrMetallicRoughness", {}).get("baseColorFactor") for name, material in written.items()}
+    for name, expected in {"factor 0": COLOR, "factor 1": BLUE, "same": COLOR, "alone": COLOR, "cycles": COLOR}.items():
+        assert colors[name] == pytest.approx(expected), name
+    assert colors["inside"] == pytest.approx([*COLOR[:3], 0.25]) and written["inside"]["alphaMode"] == "BLEND"
+    assert sorted(report.take()) == [
+        "True Diffuse: cycles: another engine's output (Material Output.001) is not supported, Material Output is written",
+        "True Diffuse: muted: the node Diffuse BSDF (Diffuse BSDF) is not supported, glTF's default is written",
+        "True Diffuse: muted: the node Mix Shader (Mix Shader) is not supported, Diffuse BSDF alone is written",
+    ]
+
+
+def keyed_value(material: bpy.types.Material, node: bpy.types.Node) -> None:
+    value = add(material, "Value")
+    value.outputs[0].keyframe_insert("default_value", frame=1)
+    material.node_tree.links.new(value.outputs[0], node.inputs["Roughness"])
+
+
+def driven_mapping(material: bpy.types.Material, node: bpy.types.Node) -> None:
+    image, mapping = image_node(material, "moved"), add(material, "Mapping", add(material, "UVMap").outputs[0])
+    mapping.inputs["Location"].driver_add("default_value", 0).driver.expression = "0.25"
+    material.node_tree.links.new(mapping.outputs[0], image.inputs["Vector"])
+    material.node_tree.links.new(image.outputs["Color"], node.inputs["Base Color"])
+
+
+def glowing(material: bpy.types.Material, node: bpy.types.Node) -> None:
+    emission = add(material, "Emission", add(material, "ObjectInfo").outputs["Color"], 2.0)
+    at_output(material, add(material, "AddShader", node.outputs[0], emission.outputs[0]))
+
+
+def whole_numbers(material: bpy.types.Material, node: bpy.types.Node) -> None:
+    attribute = add(material, "Attribute", attribute_name="number")
+    material.node_tree.links.new(attribute.outputs["Color"], node.inputs["Base Color"])
+
+
+def elsewhere(material: bpy.types.Material, node: bpy.types.Node) -> None:
+    for socket, uv_map in (("Base Color", "UVMap"), ("Alpha", "second")):
+        image = image_node(material, socket)
+        image.image.colorspace_settings.is_data = socket == "Alpha"
+        material.node_tree.links.new(add(material, "UVMap", uv_map=uv_map).outputs[0], image.inputs["Vector"])
+        material.node_tree.links.new(image.outputs["Color"], node.inputs[socket])
+
+
+LOST = {
+    keyed_value: "animation (Value.001) is not supported, the value at frame 0 is written",
+    driven_mapping: "animation (Mapping) is not supported, the value at frame 0 is written",
+    glowing: "Emission color: the node Object Info (Object Info) is not supported, the socket's own value is written",
+    whole_numbers: "Base color: the attribute number, which is no color, (Attribute) is not supported, "
+    "the socket's own value is written",
+    elsewhere: "Alpha: an image in other places than that of Base Color (Image Texture.001) is not supported, "
+    "the places of that are written",
+}
+
+
+def test_what_lies_behind_is_said(tmp_path: Path) -> None:
+    for arrange in LOST:
+        material = materials.create(arrange.__name__, PRINCIPLED)
+        arrange(material, group_node(material)[0])
+        mesh = show(material).data
+        mesh.attributes.new("number", "INT", "POINT")
+        mesh.uv_layers.new(name="second")
+    export(tmp_path / "one.glb")
+    assert sorted(report.take()) == sorted(f"True Diffuse: {arrange.__name__}: {line}" for arrange, line in LOST.items())
 
 
 def test_an_emission_beside_our_group_is_written(tmp_path: Path) -> None:

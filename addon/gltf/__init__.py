@@ -4,6 +4,7 @@
 export.py     one run of the exporter: called by its hooks
 exporter.py   makes the exporter read stand-ins in place of our materials
 stand_in.py   a copy of a material with a Principled BSDF in place of each of our groups
+closures.py   mixes and sums of closures, reduced to one Principled BSDF
 inputs.py     what feeds an input, in the shape that the exporter knows
 base_color.py the average albedo
 animation.py  animated inputs

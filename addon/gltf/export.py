@@ -15,7 +15,7 @@ from ..blender import report
 from ..material.bake import bake_input
 from ..material.links import Place
 from ..material.surface import Loss
-from . import animation, base_color, inputs, losses
+from . import animation, base_color, closures, inputs, losses
 from .exporter import read_stand_ins
 from .stand_in import Replaced, StandIn, StandIns, holds_ours
 
@@ -57,8 +57,9 @@ class Export:
             written, replaced = _written(stand_in)
             if replaced:
                 found += _adjust(gltf_material, material, replaced, settings)
-            if written:
-                found += losses.of_output(gltf_material, stand_in, written)
+            found += losses.of_output(gltf_material, stand_in, written)
+            moving = settings[animation.PATHS] if settings["gltf_export_anim_pointer"] else ()
+            found += losses.of_animation(material.original, moving)
         for loss in dict.fromkeys(found):
             report.add(material.name, str(loss))
 
@@ -72,11 +73,16 @@ def _guarded(material: bpy.types.Material) -> Generator[None]:
 
 
 def _written(stand_in: StandIn) -> tuple[bpy.types.Node | None, Replaced | None]:
-    """Return the Principled BSDF that the exporter writes, the first that it finds, and the node of ours that it stands for."""
+    """Return the Principled BSDF at the output, else the first that the exporter finds, and the node of ours that it is for."""
     from io_scene_gltf2.blender.exp.material.search_node_tree import get_socket
 
-    socket = get_socket(stand_in.material.node_tree, "Base Color").socket
-    node = socket.node if socket else None
+    end = losses.closure(Place(losses.output(stand_in).inputs["Surface"]))
+    if not end.socket.is_output:
+        return None, None
+    node = end.node
+    if node.bl_idname != "ShaderNodeBsdfPrincipled":
+        socket = get_socket(stand_in.material.node_tree, "Base Color").socket
+        node = socket.node if socket else None
     return node, next((replaced for replaced in stand_in.replaced if replaced.principled == node), None)
 
 
@@ -89,11 +95,13 @@ def _arrange(stand_in: StandIn, material: bpy.types.Material, bakes: bool) -> No
         stand_in.images.append(image)
         return image
 
+    surface = Place(losses.output(stand_in).inputs["Surface"])
+    stand_in.losses += closures.reduce(surface, stand_in.replaced)
     _, replaced = _written(stand_in)
+    meshes = [mesh for mesh in bpy.data.meshes if material in mesh.materials[:]]
     if replaced:
-        if not replaced.groups:
-            inputs.take_opacity(losses.output(stand_in).inputs["Surface"], replaced.principled)
-        stand_in.losses += inputs.arrange(replaced.principled, replaced.groups, bake if bakes else None)
+        stand_in.losses += inputs.arrange(Place(replaced.principled.outputs[0], replaced.groups), meshes, bake if bakes else None)
+    stand_in.losses += inputs.arrange_emission(losses.emissions(surface))
 
 
 def _adjust(gltf_material: "Material", material: bpy.types.Material, replaced: Replaced, settings: dict) -> Iterator[Loss]:

@@ -7,7 +7,7 @@ links a product in that shape, and says or bakes what is none.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import bpy
@@ -39,7 +39,13 @@ LAYERS: Mapping[str, tuple[str, ...]] = {
     "Emission Strength": ("Emission Color",),
     "Specular IOR Level": ("Specular Tint",),
 }
+# Inputs of which the exporter makes one texture, with the place of the first
+MERGED = (("Base Color", "Alpha"), ("Metallic", "Roughness"), ("Coat Weight", "Coat Roughness"))
+COLOR_TYPES = {"FLOAT_COLOR", "BYTE_COLOR"}
 OWN_VALUE = "the socket's own value is written"
+
+type Bake = Callable[[Place, bool], bpy.types.Image]
+"""Returns an image of what feeds an input, a color or not."""
 
 
 class NotHeld(Exception):
@@ -84,19 +90,18 @@ def varies(place: Place) -> bool:
     return any(output.node.type in ("TEX_IMAGE", "VERTEX_COLOR", "ATTRIBUTE") for output in upstream(place))
 
 
-def arrange(
-    principled: bpy.types.Node, groups: tuple[bpy.types.Node, ...], bake: Callable[[Place, bool], bpy.types.Image] | None
-) -> Iterator[Loss]:
-    """Link what feeds the inputs of `principled`, inside `groups`, as the exporter knows it; yields what glTF cannot hold.
+def arrange(principled: Place, meshes: Sequence[bpy.types.Mesh], bake: Bake | None) -> Iterator[Loss]:
+    """Link what feeds the inputs of a Principled BSDF as the exporter knows it; yields what glTF cannot hold.
 
     With `bake`, which returns an image of what feeds an input, a color or not, that is linked instead where it can be.
     """
     for name in sorted(COLORS | NUMBERS | NORMALS | CONSTANTS):
-        place = Place(principled.inputs[name], groups)
-        if not place.socket.is_linked or not is_in_use(principled, name):
+        place = principled.input(name)
+        if not place.socket.is_linked or not is_in_use(principled.node, name):
             continue
         try:
             _arrange(place, name)
+            _check_attributes(place, meshes)
         except NotHeld as lost:
             why_not = ""
             if bake and name not in CONSTANTS:
@@ -107,35 +112,73 @@ def arrange(
                 except CannotBake as reason:
                     why_not = f" and not baked, as {reason}"
             yield Loss(name, lost.node, lost.what, _instead(place, name) + why_not)
+    rendered = {layer.name for mesh in meshes for layer in mesh.uv_layers if layer.active_render}
+    for pair in MERGED:
+        if all(principled.input(name).socket.is_linked and is_in_use(principled.node, name) for name in pair):
+            yield from _arrange_merged(principled, pair, rendered if len(rendered) == 1 else set(), bake)
 
 
-def take_opacity(surface: bpy.types.NodeSocket, principled: bpy.types.Node) -> None:
-    """Make a mix of a Transparent BSDF and `principled` at an output's input `surface` an opacity of `principled`, where it can be.
+def arrange_emission(emissions: Iterable[Place]) -> Iterator[Loss]:
+    """Link what feeds Emissions beside a surface as the exporter knows it; yields what glTF cannot hold."""
+    for emission in emissions:
+        for socket, name in (("Color", "Emission Color"), ("Strength", "Emission Strength")):
+            place = emission.input(socket)
+            try:
+                _arrange(place, name)
+            except NotHeld as lost:
+                yield Loss(name, lost.node, lost.what, _instead(place, name))
 
-    The exporter knows transparency as the input Alpha alone.
-    """
-    mix = source(Place(surface))
-    alpha = principled.inputs["Alpha"]
-    if mix.node.bl_idname != "ShaderNodeMixShader" or mix.groups or alpha.is_linked or alpha.default_value != 1.0:
+
+def _arrange_merged(principled: Place, names: tuple[str, str], rendered: set[str], bake: Bake | None) -> Iterator[Loss]:
+    """Bake two images of which the exporter makes one texture, or yield a loss, where they are not at the same places."""
+    places = [_below_clip(principled.input(name)) for name in names]
+    images = [[output for output in upstream(place) if output.node.type == "TEX_IMAGE"] for place in places]
+    if not all(images) or _placing(images[0][0], rendered) == _placing(images[1][0], rendered):
         return
-    factor = mix.input(0)
-    first, second = (source(mix.input(index)) for index in (1, 2))
-    value = _constant(factor)
-    if _is_transparent(first) and second.node == principled:
-        if value is None:
-            principled.id_data.links.new(factor.socket.links[0].from_socket, alpha)
+    if bake:
+        try:
+            for place, name in zip(places, names, strict=True):
+                _link_image(place, bake(place, name in COLORS))
+        except CannotBake:
+            pass
         else:
-            alpha.default_value = value
-    elif _is_transparent(second) and first.node == principled and value is not None:
-        alpha.default_value = 1.0 - value
-    else:
-        return
-    principled.id_data.links.new(principled.outputs["BSDF"], surface)
+            return
+    label = images[1][0].label
+    yield Loss(names[1], label, f"an image in other places than that of {names[0]}", "the places of that are written")
 
 
-def _is_transparent(place: Place) -> bool:
-    """Return whether a closure is a Transparent BSDF of white."""
-    return place.node.bl_idname == "ShaderNodeBsdfTransparent" and _product(place.input("Color"), True) == Product(constants=1)
+def _placing(output: Place, rendered: set[str]) -> tuple[object, ...]:
+    """Return what says where an image is: its UV map, empty for the one that is `rendered`, its Mapping, extension and filter."""
+    node = output.node
+    vector = output.input("Vector")
+    place = _below_wrap(source(vector), vector)
+    mapping: tuple[object, ...] = ()
+    if place.socket.is_output and place.node.bl_idname == "ShaderNodeMapping":
+        values = (tuple(place.node.inputs[name].default_value) for name in ("Location", "Rotation", "Scale"))
+        mapping, place = (place.node.vector_type, *values), source(place.input("Vector"))
+    name = getattr(place.node, "uv_map", getattr(place.node, "attribute_name", "")) if place.socket.is_output else ""
+    return "" if name in rendered else name, mapping, node.extension, node.interpolation
+
+
+def _check_attributes(place: Place, meshes: Sequence[bpy.types.Mesh]) -> None:
+    """Raise NotHeld where an attribute that feeds an input is no color on one of the meshes: the exporter writes colors alone."""
+    for output in upstream(place):
+        name = getattr(output.node, "attribute_name", "")
+        kinds = {mesh.attributes[name].data_type for mesh in meshes if name in mesh.attributes}
+        if (
+            output.node.type == "ATTRIBUTE"
+            and kinds - COLOR_TYPES
+            and "TEX_IMAGE" not in {one.node.type for one in upstream(place)}
+        ):
+            raise NotHeld(output, f"the attribute {name}, which is no color,")
+
+
+def is_white(place: Place) -> bool:
+    """Return whether a color's input is white."""
+    try:
+        return _product(place, True) == Product(constants=1)
+    except NotHeld:
+        return False
 
 
 def _link_image(place: Place, image: bpy.types.Image) -> None:
@@ -302,7 +345,7 @@ def _times(
     return result
 
 
-def _constant(place: Place) -> float | None:
+def constant(place: Place) -> float | None:
     """Return the value of an input where the exporter reads one: its own, or that of a Value node."""
     origin = source(place)
     return origin.socket.default_value if not origin.socket.is_output or origin.node.type == "VALUE" else None
@@ -315,7 +358,7 @@ def _below_clip(place: Place) -> Place:
         return place
     if node.node.operation == "ROUND":
         return node.input(0)
-    if node.node.operation == "SUBTRACT" and _constant(node.input(0)) == 1.0:
+    if node.node.operation == "SUBTRACT" and constant(node.input(0)) == 1.0:
         inner = source(node.input(1))
         is_below = inner.socket.is_output and inner.node.type == "MATH"
         return (is_below and _compared(inner, "LESS_THAN", "GREATER_THAN")) or place
@@ -325,7 +368,7 @@ def _below_clip(place: Place) -> Place:
 def _compared(node: Place, operation: str, reverse: str) -> Place | None:
     """Return what a node compares to a constant: the first input by `operation`, or the second by its `reverse`."""
     for wanted, own, other in ((operation, 0, 1), (reverse, 1, 0)):
-        if node.node.operation == wanted and _constant(node.input(other)) is not None and _constant(node.input(own)) is None:
+        if node.node.operation == wanted and constant(node.input(other)) is not None and constant(node.input(own)) is None:
             return node.input(own)
     return None
 

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..blender import fcurves
-from ..material.links import Place, source
+from ..material.links import Place, source, upstream
+from ..material.read import shown
+from ..material.revert import is_ours
 from ..material.surface import Loss
 from ..material.upgrade import current_name
 from .inputs import COLORS, CONSTANTS, NORMALS, NUMBERS, OWN_VALUE
@@ -70,11 +72,35 @@ def of_node(replaced: Replaced, moving: Collection[str]) -> Iterator[Loss]:
             yield Loss(name, replaced.label, "animation", f"the value at frame {frame} is written")
 
 
-def of_output(gltf_material: "Material", stand_in: StandIn, written: bpy.types.Node) -> Iterator[Loss]:
-    """Yield a loss where the node `written`, a Principled BSDF, is not all of a material."""
+def of_animation(material: bpy.types.Material, moving: Collection[str]) -> Iterator[Loss]:
+    """Yield a loss for each node beside or behind our groups that is keyed or driven, but by the paths `moving`."""
+    target, frame = shown(material), bpy.context.scene.frame_current
+    end = material.node_tree.get_output_node(target) if target else None
+    for place in upstream(Place(end.inputs["Surface"])) if end else ():
+        own = [] if is_ours(place.node) else [place.socket]
+        fed = [source(inner).socket for inner in place.inputs()]
+        groups = [socket for socket in fed if not socket.is_output and not is_ours(socket.node)]
+        for socket in own + groups:
+            curves = fcurves.of_node(socket.id_data, socket.node)
+            paths = {curve.data_path for curve in curves if _is_of(curve, socket)}
+            if any(f"node_tree.{path}" not in moving or socket.id_data != material.node_tree for path in paths):
+                yield Loss("", socket.node.label or socket.node.name, "animation", f"the value at frame {frame} is written")
+
+
+def _is_of(curve: bpy.types.FCurve, socket: bpy.types.NodeSocket) -> bool:
+    """Return whether a curve of a node changes an input, or, of an output, what the node itself says."""
+    index = fcurves.input_of(curve)
+    return index is None if socket.is_output else index is not None and socket.node.inputs[index] == socket
+
+
+def of_output(gltf_material: "Material", stand_in: StandIn, written: bpy.types.Node | None) -> Iterator[Loss]:
+    """Yield a loss where the node `written`, a Principled BSDF, is not all of a material; None where there is none."""
     end = output(stand_in)
     place = closure(Place(end.inputs["Surface"]))
-    if place.node != written:
+    if written is None and place.node.bl_idname != "ShaderNodeEmission":
+        what = f"the node {place.node.bl_label}" if place.socket.is_output else "a surface that nothing gives"
+        yield Loss("", place.label, what, "glTF's default is written")
+    elif written and place.node != written:
         yield Loss("", place.label, f"the node {place.node.bl_label}", f"{written.label or written.name} alone is written")
     if end.inputs["Displacement"].is_linked:
         yield Loss("", end.name, "displacement", "the mesh is written as it is")
@@ -86,6 +112,14 @@ def output(stand_in: StandIn) -> bpy.types.Node:
     """Return the material output that the exporter reads."""
     nodes = stand_in.material.node_tree.nodes
     return next(node for node in nodes if node.type == "OUTPUT_MATERIAL" and node.is_active_output)
+
+
+def emissions(place: Place) -> list[Place]:
+    """Return the emissions beside the closure of an input."""
+    origin = source(place)
+    if origin.socket.is_output and origin.node.bl_idname == "ShaderNodeAddShader":
+        return [*emissions(origin.input(0)), *emissions(origin.input(1))]
+    return [origin] if origin.node.bl_idname == "ShaderNodeEmission" else []
 
 
 def closure(place: Place) -> Place:

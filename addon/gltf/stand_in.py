@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 import bpy
 
 from ..blender.id_properties import GROUP_ID
-from ..material.read_closures import TARGETS
+from ..material.read import shown
+from ..material.read_closures import ENGINES, TARGETS
 from ..material.revert import is_ours, to_principled
 from ..material.surface import Loss
 from ..nodes import ROUGH_DIFFUSE
@@ -70,7 +71,7 @@ class StandIns:
             made.groups = to_principled(made.material).copies
             if is_animated:
                 tree.animation_data_create()  # by which the exporter knows that there is something to animate
-            made.losses += _keep_shown_output(tree)
+            made.losses += _keep_output(tree, shown(material))
             made.replaced = list(_replaced(material.node_tree, tree, ()))
             for replaced in made.replaced:
                 if key_and_version(replaced.node)[0] == ROUGH_DIFFUSE.key:
@@ -92,19 +93,20 @@ class StandIns:
         bpy.data.batch_remove([block for stand_in in made for block in stand_in.blocks])
 
 
-def _keep_shown_output(tree: bpy.types.ShaderNodeTree) -> list[Loss]:
-    """Make the output that EEVEE shows, or else Cycles, the only one of `tree`: the exporter knows none of one engine alone.
+def _keep_output(tree: bpy.types.ShaderNodeTree, target: str | None) -> list[Loss]:
+    """Make the output for a target, else for EEVEE or Cycles, the only one of `tree`: the exporter knows none of one engine alone.
 
     Returns what is lost by that.
     """
-    shown = next((output for target in TARGETS if (output := tree.get_output_node(target))), None)
-    if shown is None:
+    targets = (target, *TARGETS) if target else TARGETS
+    kept = next((output for each in targets if (output := tree.get_output_node(each))), None)
+    if kept is None:
         return []
-    other = tree.get_output_node("CYCLES")
-    losses = [Loss("", other.name, "another engine's output", f"{shown.name} is written")] if other and other != shown else []
-    for node in [node for node in tree.nodes if node.type == "OUTPUT_MATERIAL" and node != shown]:
+    others = [other for other in (tree.get_output_node(each) for each in ENGINES) if other and other != kept]
+    losses = [Loss("", others[0].name, "another engine's output", f"{kept.name} is written")] if others else []
+    for node in [node for node in tree.nodes if node.type == "OUTPUT_MATERIAL" and node != kept]:
         tree.nodes.remove(node)
-    shown.target, shown.is_active_output = "ALL", True
+    kept.target, kept.is_active_output = "ALL", True
     return losses
 
 

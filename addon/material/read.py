@@ -35,6 +35,17 @@ def group_node(material: bpy.types.Material) -> tuple[bpy.types.Node, Group, int
     return next(group_nodes(material), None)
 
 
+def shown(material: bpy.types.Material) -> str | None:
+    """Return the target at whose output a group of True Diffuse is, directly or behind other nodes; None where there is none."""
+    tree, keys = material.node_tree, {group.key for group in GROUPS}
+    for target in TARGETS if tree else ():
+        output = tree.get_output_node(target)
+        places = upstream(Place(output.inputs["Surface"])) if output else ()
+        if any(key_and_version(place.node)[0] in keys and not place.node.mute for place in places):
+            return target
+    return None
+
+
 def linked_output(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
     """Return the output linked to `socket`, None where there is none; muted and invalid links do not count."""
     return next((link.from_socket for link in socket.links if link.is_valid and not link.is_muted), None)

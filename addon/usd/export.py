@@ -16,8 +16,8 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade
 from ..blender import color_spaces, report
 from ..material import node_record
 from ..material.expression import Attribute, Constant, Expression, NormalMap, walk
-from ..material.links import Place, is_used, upstream
-from ..material.read import Reading
+from ..material.links import Place, is_used
+from ..material.read import Reading, shown
 from ..material.read_closures import TARGETS
 from ..material.read_nodes import NodeReader, UnsupportedInput
 from ..material.surface import Loss
@@ -184,20 +184,6 @@ class Export:
                 continue
             return path.removesuffix(file.name) + free.name
         raise AssertionError("numbers do not end")
-
-
-def shown(material: bpy.types.Material) -> str | None:
-    """Return the target at whose output a group of True Diffuse is, directly or behind other nodes; None where there is none."""
-    tree = material.node_tree
-    if tree is None:
-        return None
-    for target in TARGETS:
-        output = tree.get_output_node(target)
-        if output and any(
-            key_and_version(one.node)[0] in KEYS and not one.node.mute for one in upstream(Place(output.inputs["Surface"]))
-        ):
-            return target
-    return None
 
 
 def _muted(material: bpy.types.Material) -> bpy.types.Node | None:
