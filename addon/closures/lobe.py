@@ -55,8 +55,9 @@ class Fit(NamedTuple):
 
 CYCLES_AWAY = math.radians(85.6)  # never 90 degrees: there Cycles' test of the light's side falls either way by chance
 
-# Where N is not the mesh's normal M: `mapped_share`, and what of the away lobe's weight the base and Fujii's function get in its
-# place, by scripts/fit/lobes.py
+# Where N is not the mesh's normal, for what `mapped_share` takes from the lobe away from the viewer: the part of its weight that
+# the base around N gets, and the part, times mu, of its own weight that Fujii's function loses. Both by scripts/fit/lobes.py; with
+# a MAPPED_FADE of 20 or 60 the error is much the same.
 MAPPED_FADE = 40.0
 MAPPED_BASE, MAPPED_FUJII = 0.2569, 0.4144
 
@@ -75,12 +76,12 @@ def cycles_bump_shadowing(n_dot_l: float, n_dot_m: float, m_dot_l: float) -> flo
     return 2.0 / (1.0 + math.sqrt(1.0 + max(0.0, alpha2 * tangent2)))
 
 
-def mapped_share(n_dot_m: float) -> float:
-    """Return the share of its weight that the lobe away from the viewer keeps where N is not the mesh's normal M: 1 where it is.
+def mapped_share(n_dot_mesh: float) -> float:
+    """Return the share of its weight that the lobe away from the viewer keeps where N is mapped: 1 where it is the mesh's normal.
 
-    The lobe is shadowed and cut off by M, so it no longer corrects what Fujii's function around N lacks.
+    Cycles shadows the lobe by the mesh's normal and cuts it off there, so it no longer corrects what Fujii's function lacks.
     """
-    return 1.0 / (1.0 + MAPPED_FADE * (1.0 - n_dot_m))
+    return 1.0 / (1.0 + MAPPED_FADE * (1.0 - n_dot_mesh))
 
 
 def away(mesh: Vector, up: float) -> Vector:
