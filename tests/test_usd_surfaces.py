@@ -423,7 +423,8 @@ def test_missing_uv_map_is_said(tmp_path: Path) -> None:
     assert line == "the UV map second, which Plane lacks, is not supported, black or zero is read there"
 
 
-def test_images_of_equal_file_names_stay_two(tmp_path: Path) -> None:
+@pytest.mark.parametrize("overwrites", [False, True])
+def test_images_of_equal_file_names_stay_two(overwrites: bool, tmp_path: Path) -> None:
     made = []
     for index, color in enumerate(((1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0))):
         folder = tmp_path / str(index)
@@ -433,7 +434,7 @@ def test_images_of_equal_file_names_stay_two(tmp_path: Path) -> None:
         show(material)
         made.append(folder / "color.png")
     for _ in range(2):  # the second export finds the files of the first
-        found = export(tmp_path / "two.usda")
+        found = export(tmp_path / "two.usda", overwrite_textures=overwrites)
         files = [found[f"M{index}"]["outputs"]["surface"]["diffuseColor"]["file"] for index in range(2)]
         assert len(set(files)) == 2
         assert [(tmp_path / "textures" / file).read_bytes() for file in files] == [path.read_bytes() for path in made]

@@ -157,9 +157,15 @@ class Export:
         file = Path(self.stage.GetRootLayer().ComputeAbsolutePath(path)) if path else Path()
         if not path or not _exists(file):
             return ""
-        if image.source in ("FILE", "GENERATED") and not self._is_own(image, file):
-            return self._separated(image, path, file)
-        return path
+        if image.source not in ("FILE", "GENERATED"):
+            return path
+        holder = next((one for one in bpy.data.images if one != image and self.paths.get(one.name_full) == path), None)
+        source = _source(holder) if holder else None
+        if holder and (source is None or not _equal(source, file)):  # Overwrite Textures has put this image in the holder's place
+            separated = self._separated(image, path, file)
+            _save(holder, file)
+            return separated
+        return path if self._is_own(image, file) else self._separated(image, path, file)
 
     def _is_own(self, image: bpy.types.Image, file: Path) -> bool:
         """Return whether a file has an image's content rather than that of another image of the same file name."""
@@ -174,12 +180,7 @@ class Export:
             free = file.with_name(f"{file.stem}_{number:03}{file.suffix}")
             source = _source(image)
             if not free.exists():
-                if isinstance(source, bytes):
-                    free.write_bytes(source)
-                elif source is not None:
-                    shutil.copyfile(source, free)
-                else:
-                    image.save(filepath=str(free), save_copy=True)
+                _save(image, free)
             elif source is None or not _equal(source, free):
                 continue
             return path.removesuffix(file.name) + free.name
@@ -283,6 +284,17 @@ def _source(image: bpy.types.Image) -> bytes | Path | None:
         path = Path(bpy.path.abspath(image.filepath, library=image.library))
         return path if path.is_file() else None
     return None
+
+
+def _save(image: bpy.types.Image, file: Path) -> None:
+    """Write an image's packed file, its file on disk, or what it has in memory, to another file."""
+    source = _source(image)
+    if isinstance(source, bytes):
+        file.write_bytes(source)
+    elif source is not None:
+        shutil.copyfile(source, file)
+    else:
+        image.save(filepath=str(file), save_copy=True)
 
 
 def _equal(source: bytes | Path, file: Path) -> bool:
