@@ -126,9 +126,9 @@ def _import_blend(path: Path) -> dict[bpy.types.Scene, str]:
             target.scenes = source.scenes
         else:
             target.objects = source.objects
-    for item in target.objects:
+    for item in filter(None, target.objects):  # Blender has None for what it could not read
         bpy.context.collection.objects.link(item)
-    return dict(zip(target.scenes, names, strict=True))
+    return {scene: name for scene, name in zip(target.scenes, names, strict=True) if scene}
 
 
 def _import_gltf(path: Path) -> dict[bpy.types.Scene, str]:
@@ -196,14 +196,15 @@ def _imported(path: Path, say: Say) -> Generator[_File]:
             named = _named(path, say)
             with _readable(path):
                 scenes = IMPORTERS[path.suffix.lower()](path.absolute())
-            loaded = bpy.data.user_map().keys() - blocks
-            _stop_programs(path, loaded, say)
-            scene = _scene_with_faces(path, scenes, say)
-            others = dependencies.of_loaded(_shown(scene), loaded, path.absolute())
+                loaded = bpy.data.user_map().keys() - blocks
+                _stop_programs(path, loaded, say)
+                scene = _scene_with_faces(path, scenes, say)
+                others = dependencies.of_loaded(_shown(scene), loaded, path.absolute())
             _check_dependencies(path, others, say)
             file = _File(scene, dependencies.joined((named, others)))
             kept = file.kept
-            yield file
+            with _readable(path):
+                yield file
         finally:
             _remove_imported(before, kept)
 
@@ -261,9 +262,11 @@ def _check_dependencies(path: Path, found: Dependencies, say: Say) -> None:
 
 @contextmanager
 def _readable(path: Path) -> Generator[None]:
-    """Raise CharacterError for whatever a reader fails of."""
+    """Raise CharacterError for whatever a reader fails of, or who makes something of what it read."""
     try:
         yield
+    except CharacterError:
+        raise
     except Exception as error:  # of many kinds, as damage may be anywhere
         raise CharacterError(f"cannot read {path}: {importer_reason(error)}") from error
 
