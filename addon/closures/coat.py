@@ -9,10 +9,10 @@ import math
 
 from ..models.fresnel import boundary
 from ..models.geometry import clamp
-from ..models.terms import Number
+from ..models.terms import FLOATS, Arithmetic, Number
 
 
-def squared_cosine(mu: Number, roughness: Number) -> Number:
+def squared_cosine(mu: Number, roughness: Number, ops: Arithmetic = FLOATS) -> Number:
     """Return the square of the cosine at which a smooth surface reflects what a rough one does, seen at N.V = `mu`; all in [0, 1].
 
     A + B mu + C mu^2, our fit to GGX, F within 0.02 at index 1.4. Floats or sockets.
@@ -20,7 +20,7 @@ def squared_cosine(mu: Number, roughness: Number) -> Number:
     alpha = roughness * roughness
     at_normal = 1.0 - alpha / (1.0 + 3.1 * alpha)  # A + B + C
     a, b = alpha * alpha / (0.2 + alpha * (1.6 + 2.4 * alpha)), 0.5 * alpha
-    return a + mu * (b + mu * (at_normal - a - b))
+    return ops.multiply_add(mu, ops.multiply_add(mu, at_normal - a - b, b), a)
 
 
 def mean_cosine(mu: float, roughness: float) -> float:

@@ -80,27 +80,26 @@ class Interface:
         self.passed = (1.0 - ops.minimum(f0 * tint, 1.0)) / (1.0 - plain)
         """What passes of what would pass without the tint."""
 
-    def kept(self, mu: Number, roughness: Number) -> Number:
-        """Return D of Multiscatter GGX."""
+    def lost(self, mu: Number, roughness: Number) -> Number:
+        """Return 1 - D of Multiscatter GGX."""
         ops, square = self.ops, roughness * roughness
         lost = ops.clamp(square * bivariate(ops, LOST, mu, roughness), 0.0, 1.0)
         average = polynomial(ops, AVERAGE, square)
         mean_fresnel = 1.0 - self.passed * (1.0 - (self.ior - 1.0) / (FSS[0] + FSS[1] * self.ior))
         further = mean_fresnel * average / (1.0 - mean_fresnel * (1.0 - average))
-        return 1.0 - lost * (1.0 - further)
+        return lost * (1.0 - further)
 
     def single(self, layers: Layers, mu: Number, roughness: Number) -> Number:
         """Return F."""
         ops = self.ops
-        cosine2 = mu * mu + bivariate(ops, layers.smoother, mu, roughness)
+        cosine2 = ops.multiply_add(mu, mu, bivariate(ops, layers.smoother, mu, roughness))
         cosine = ops.sqrt(ops.clamp(cosine2, LEAST_COSINE**2, 1.0))
         return 1.0 - self.passed * transmittance(ops, cosine, self.ior)
 
 
 def specular_albedo(layers: Layers, mu: Number, roughness: Number, interface: Interface, keeps_all: Number = 1.0) -> Number:
     """Return A in [0, 1] of a specular layer; `keeps_all` is 1 for Multiscatter GGX, 0 for GGX. `mu`, `roughness` in [0, 1]."""
-    kept = 1.0 - keeps_all * (1.0 - interface.kept(mu, roughness))
-    return interface.single(layers, mu, roughness) * kept
+    return interface.single(layers, mu, roughness) * (1.0 - keeps_all * interface.lost(mu, roughness))
 
 
 def sheen_albedo(layers: Layers, mu: Number, roughness: Number, ops: Arithmetic = FLOATS) -> Number:

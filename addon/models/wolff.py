@@ -58,9 +58,10 @@ def _average_albedo(ior: float) -> float:
 
 def transmittance(ops: Arithmetic, mu: Number, ior: Number) -> Number:
     """Return 1 - F(mu)."""
-    refracted = ops.sqrt(ior * ior - 1.0 + mu * mu)  # n cos(theta_t)
-    across, along = ops.maximum(mu + refracted, SMALLEST_DIVISOR), ops.maximum(ior * mu + refracted / ior, SMALLEST_DIVISOR)
-    return 2.0 * (mu * refracted) * (1.0 / (across * across) + 1.0 / (along * along))
+    refracted = ops.sqrt(ops.multiply_add(mu, mu, ior * ior - 1.0))  # n cos(theta_t)
+    across, along = mu + refracted, ops.multiply_add(mu, ior, refracted / ior)
+    product = ops.maximum(across * along, SMALLEST_DIVISOR)
+    return 2.0 * (mu * refracted) * ops.multiply_add(across, across, along * along) / (product * product)
 
 
 def average_transmittance(ior: Number) -> Number:

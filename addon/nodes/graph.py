@@ -16,6 +16,7 @@ from ..blender.osl import compile_osl
 
 # Layout in the node editor's units: the width of a column, and what a node and each of its input sockets take of its height.
 COLUMN, NODE_HEIGHT, SOCKET_HEIGHT = 220.0, 130.0, 24.0
+KINDS = {"SHADER": "SHADER", "VALUE": "FLOAT", "VECTOR": "VECTOR", "RGBA": "VECTOR"}  # of items of a Repeat zone, by type of socket
 LONGEST = 1e18  # of a vector: its square is still finite in 32-bit floats
 
 type Number = float | Value
@@ -393,8 +394,8 @@ class Graph:
         return self.math("LESS_THAN", a, b)
 
     def equals(self, a: Operand, b: Operand) -> Value:
-        """Return 1 where two whole numbers are equal, else 0."""
-        return self.math("COMPARE", a, b, 0.5)
+        """Return 1 where two numbers are equal, or 1e-7 apart, else 0."""
+        return self.math("COMPARE", a, b, 0.0)
 
     def mean(self, vector: Value) -> Value:
         """Return the mean of a vector's components."""
@@ -519,24 +520,44 @@ class Graph:
             self.link(value, socket)
         return Value(self, node.outputs[0])
 
-    def switch(self, number: Operand, closures: Mapping[int, Value]) -> Value:
-        """Return the closure of `number`, one of the keys; the others cost nothing, neither in a shader nor in making it.
+    def switch(self, number: Operand, cases: Mapping[int, Operand]) -> Value:
+        """Return the case of `number`, one of the keys; the others cost nothing, neither in a shader nor in making it.
 
-        `number` must be known when the shader is made: it may come from menus, drivers and arithmetic of these alone. Of Blender's
-        nodes a Repeat zone takes such a number: with 0 iterations its input comes out of it, with 1 what its body ends with, and
-        Blender looks at nothing else (5.2, shader_nodes_inline.cc).
+        The first case is an output; it says what all are: closures, numbers or vectors. `number` must be known when the shader is
+        made: it may come from menus, drivers, plain values and arithmetic of these.
         """
-        (_, chosen), *others = closures.items()
-        for key, closure in others:
-            begin, end = self.add("GeometryNodeRepeatInput"), self.add("GeometryNodeRepeatOutput")
-            begin.pair_with_output(end)
-            end.repeat_items.clear()
-            end.repeat_items.new("SHADER", "BSDF")
-            self.link(number if tuple(closures) == (0, 1) else self.equals(number, float(key)), begin.inputs["Iterations"])
-            self.link(chosen, begin.inputs["BSDF"])
-            self.link(closure, end.inputs["BSDF"])
-            chosen = Value(self, end.outputs["BSDF"])
+        (_, chosen), *others = cases.items()
+        if not isinstance(chosen, Value):
+            raise TypeError("the first case is a plain number")
+        for key, case in others:
+            is_it = number if tuple(cases) == (0, 1) else self.equals(number, float(key))
+            chosen = self._repeat(is_it, KINDS[chosen.socket.type], chosen, case)
         return chosen
+
+    def is_known(self, weight: Operand, value: float) -> Value:
+        """Return 1 where `weight` is known to have that value when the shader is made, else 0: also where it varies.
+
+        So a group leaves out what a weight of 0 or 1 makes needless. Where something that varies is linked to it, Blender has no
+        number of iterations, gives a 0 and notes that at the node, which only this group's own editor shows.
+        """
+        return self._repeat(self.equals(weight, value), "FLOAT", 0.0, 1.0)
+
+    def _repeat(self, iterations: Operand, kind: str, none: Operand, one: Operand) -> Value:
+        """Return `none` at 0 iterations of a Repeat zone, else `one`.
+
+        Before it makes a shader Blender resolves such a zone if it has an item that is no number, and looks at no more than what
+        comes out of it (5.2, shader_nodes_inline.cc). No other node chooses by a number then.
+        """
+        begin, end = self.add("GeometryNodeRepeatInput"), self.add("GeometryNodeRepeatOutput")
+        begin.pair_with_output(end)
+        end.repeat_items.clear()
+        end.repeat_items.new(kind, "Item")
+        if kind != "SHADER":
+            end.repeat_items.new("SHADER", "No Number")
+        self.link(iterations, begin.inputs["Iterations"])
+        self.link(none, begin.inputs["Item"])
+        self.link(one, end.inputs["Item"])
+        return Value(self, end.outputs["Item"])
 
     def arrange(self) -> None:
         """Lay the nodes out in columns, each one right of all that feed it, so that a person can read the group."""

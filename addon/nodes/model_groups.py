@@ -27,11 +27,9 @@ def build_model(graph: Graph, model: ReflectanceModel) -> dict[str, Value]:
     surface = Surface(graph, model)
     expansion, color = surface.terms.expansion(), surface.view.color
     chosen = for_chosen_lights(surface, model)
-    if all(map(graph.negligible, expansion.functions.values())):
-        lambert = graph.diffuse(color * expansion.facing, surface.n)
-        if expansion.functions or not chosen:  # a rough model at roughness 0 is Lambert under one light, too
-            return {"BSDF": lambert}
-        return {"BSDF": graph.switch(graph.equals(graph.input(QUALITY), CHOSEN), {0: lambert, 1: chosen})}
+    lambert = graph.diffuse(color * expansion.facing, surface.n)
+    if not expansion.functions:
+        return {"BSDF": graph.switch(graph.equals(graph.input(QUALITY), CHOSEN), {0: lambert, 1: chosen}) if chosen else lambert}
 
     family = model.functions[0].name
 
@@ -70,7 +68,10 @@ def build_model(graph: Graph, model: ReflectanceModel) -> dict[str, Value]:
     }
     if chosen:
         by_quality[CHOSEN] = chosen
-    return {"BSDF": graph.switch(graph.input(QUALITY), by_quality)}
+    rough = graph.switch(graph.input(QUALITY), by_quality)
+    if not model.is_rough:
+        return {"BSDF": rough}
+    return {"BSDF": graph.switch(graph.is_known(surface.terms.value, 0.0), {0: rough, 1: lambert})}
 
 
 def for_chosen_lights(surface: Surface, model: ReflectanceModel) -> Value | None:

@@ -214,21 +214,23 @@ def build_layers(graph: Graph) -> dict[str, Value]:
     sheen_n = graph.normalize(graph.mix(graph.minimum(coat_weight, 1.0), n, coat_n))
     sheen_mu = graph.clamp(graph.dot(sheen_n, incoming), 0.0, 1.0)
     sheen = graph.maximum(value[SHEEN_WEIGHT.name], 0.0) * brightest(value[SHEEN_TINT.name])
-    left = fraction(ALPHA) * graph.maximum(1.0 - sheen * sheen_albedo(layers, sheen_mu, fraction(SHEEN_ROUGHNESS), graph), 0.0)
+    below_sheen = graph.maximum(1.0 - sheen * sheen_albedo(layers, sheen_mu, fraction(SHEEN_ROUGHNESS), graph), 0.0)
+    left = fraction(ALPHA) * graph.switch(graph.is_known(value[SHEEN_WEIGHT.name], 0.0), {0: below_sheen, 1: 1.0})
 
     coat_ior = graph.maximum(value[COAT_IOR.name], 1.0)
     coat = specular_albedo(layers, coat_mu, fraction(COAT_ROUGHNESS), Interface(level_f0(coat_ior), 1.0, graph))
-    left *= graph.maximum(1.0 - coat_weight * coat, 0.0)
     passed = graph.power(graph.maximum(value[COAT_TINT.name], 0.0), coat_depth(coat_mu, coat_ior, graph))
     tint = graph.mix(coat_weight, (1.0, 1.0, 1.0), passed)
     brightness = graph.maximum(brightest(tint), TINY)
+    has_no_coat = graph.is_known(value[COAT_WEIGHT.name], 0.0)
+    left *= graph.switch(has_no_coat, {0: graph.maximum(1.0 - coat_weight * coat, 0.0) * brightness, 1: 1.0})
 
     f0 = level_f0(graph.maximum(value[IOR.name], TINY), graph.maximum(value[LEVEL.name], 0.0))
     interface = Interface(f0, graph.maximum(brightest(value[TINT.name]), 0.0), graph)
     keeps_all = graph.maximum(value[KEEPS_ALL.name], graph.in_eevee())
     specular = specular_albedo(layers, mu, fraction(ROUGHNESS), interface, keeps_all)
-    left *= graph.maximum(1.0 - specular, 0.0) * brightness
-    return {"Factor": left, "Tint": tint / brightness}
+    left *= graph.maximum(1.0 - specular, 0.0)
+    return {"Factor": left, "Tint": graph.switch(has_no_coat, {0: tint / brightness, 1: (1.0, 1.0, 1.0)})}
 
 
 def engine_layers(graph: Graph) -> Layers:
@@ -251,7 +253,7 @@ LAYERS = Group(
     "principled_layers",
     ".True Diffuse Layers Above",
     "Layers Above",
-    1,
+    2,
     "What the sheen, coat and specular layers leave for the diffuse reflection below",
     (*ABOVE, KEEPS_ALL),
     build_layers,
@@ -303,7 +305,7 @@ def build(graph: Graph) -> dict[str, Value]:
             Normal=value[NORMAL.name],
         )["BSDF"]
         diffuse = graph.add_shader(above["BSDF"], graph.mix_shader(left["Factor"], None, rough))
-        return graph.mix_shader(other, diffuse, rest["BSDF"])
+        return graph.switch(graph.is_known(other, 0.0), {0: graph.mix_shader(other, diffuse, rest["BSDF"]), 1: diffuse})
 
     def surface(model: ReflectanceModel) -> Value:
         if not model.functions and model.parameter is None:  # Lambert

@@ -49,7 +49,8 @@ def lobe(graph: Graph, normal: Value, mu: Value) -> Value:
     same_height = mu * graph.sqrt(mu2 + masking * alpha2 * (1.0 - mu2))
     weight = graph.input(SPECULAR) * ((n + 8.0) / (n + 2.0)) * same_height
     base = graph.diffuse(graph.input(COLOR), normal)
-    return graph.add_shader(base, graph.beckmann(weight, alpha2**0.25, normal))
+    both = graph.add_shader(base, graph.beckmann(weight, alpha2**0.25, normal))
+    return graph.switch(graph.is_known(graph.input(SPECULAR), 0.0), {0: both, 1: base})
 
 
 def under_lights(graph: Graph, normal: Value, mu: Value) -> Value:

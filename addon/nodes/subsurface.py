@@ -111,18 +111,19 @@ def build(graph: Graph) -> dict[str, Value]:
         IOR=graph.input(IOR),
         Normal=graph.input(NORMAL),
     )["BSDF"]
-    base = graph.mix_shader(graph.clamp(graph.input(WEIGHT), 0.0, 1.0), rough, scattered)
-    return {"BSDF": coat(graph, medium.n, base)}
+    weight, specular = (graph.clamp(graph.input(socket), 0.0, 1.0) for socket in (WEIGHT, SPECULAR))
+    base = graph.switch(graph.is_known(weight, 0.0), {0: graph.mix_shader(weight, rough, scattered), 1: rough})
+    base = graph.switch(graph.is_known(weight, 1.0), {0: base, 1: scattered})
+    return {"BSDF": graph.switch(graph.is_known(specular, 0.0), {0: coat(graph, medium.n, specular, base), 1: base})}
 
 
-def coat(graph: Graph, n: Value, base: Value) -> Value:
-    """Return `base` under a coat, as `closures.coat.mean_fresnel` has it."""
+def coat(graph: Graph, n: Value, weight: Value, base: Value) -> Value:
+    """Return `base` under a coat of that weight, as `closures.coat.mean_fresnel` has it."""
     roughness = graph.clamp(graph.input(SPECULAR_ROUGHNESS), 0.0, 1.0)
     mu = graph.clamp(graph.dot(n, graph.geometry("Incoming")), 0.0, 1.0)
-    cosine = graph.maximum(graph.sqrt(squared_cosine(mu, roughness)), 1e-6)
+    cosine = graph.maximum(graph.sqrt(squared_cosine(mu, roughness, graph)), 1e-6)
     fresnel = 1.0 - transmittance(graph, cosine, graph.clamp(graph.input(IOR), 1.0, 3.0))
-    weight = graph.clamp(graph.input(SPECULAR), 0.0, 1.0)
-    return graph.mix_shader(graph.clamp(weight * fresnel, 0.0, 1.0), base, graph.glossy(roughness, n))
+    return graph.mix_shader(weight * fresnel, base, graph.glossy(roughness, n))
 
 
 SUBSURFACE = Group(

@@ -139,7 +139,7 @@ def fit_smoother(by_ior: dict[float, list[Point]], powers: Sequence[int]) -> lis
     for ior, points in by_ior.items():
         interface = Interface(level_f0(ior))
         for mu, roughness, left in thinned(points):
-            kept = interface.kept(mu, roughness)
+            kept = 1.0 - interface.lost(mu, roughness)
             cosine = cosine_of((1.0 - left) / kept, ior)
             step = 1e-3 * cosine
             slope = (boundary(ior).transmittance(cosine) - boundary(ior).transmittance(cosine - step)) / (2.0 * cosine * step)
