@@ -298,14 +298,11 @@ class ConstantFoldingGraph(Graph):
             self._menus[menu.menu] = [(name, description, 0.0) for name, description, _ in cases]
         return self.value({name: value for name, _, value in cases}[menu.entry])
 
-    def switch(self, number: Operand, closures: Mapping[int, Value]) -> Value:
+    def switch(self, number: Operand, cases: Mapping[int, Operand]) -> Value:
         known = self.known(number)
         if isinstance(known, float):
-            return closures[int(known)]
-        first, *others = closures.values()
-        if all(other is first or (isinstance(other, NullClosure) and isinstance(first, NullClosure)) for other in others):
-            return first
-        return self._lazy(lambda: Graph.switch(self, number, closures), False)
+            return self.value(self.plain(cases[int(known)]))
+        return self._lazy(lambda: Graph.switch(self, number, cases), False)
 
     def end(self, outputs: Mapping[str, Value]) -> None:
         super().end({name: value for name, value in outputs.items() if not isinstance(value, NullClosure)})
