@@ -30,10 +30,10 @@ def _modules() -> tuple["ModuleType", ...]:
     """Return the modules that register something with Blender, in order."""
     from . import gltf, operators, realtime, ui, usd
     from .blender import properties
-    from .handlers import lights, optimized, sharing
+    from .handlers import lights, sharing
     from .ui import preferences
 
-    return preferences, properties, operators, ui, realtime, usd, gltf, optimized, lights, sharing
+    return preferences, properties, operators, ui, realtime, usd, gltf, lights, sharing
 
 
 def register() -> None:

@@ -195,19 +195,8 @@ def usd(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
         yield Section(study.steps(sphere_under_sun(SIZE), Path(folder), check_usd, options.quick), {title: study.table})
 
 
-def optimize(_options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
-    """Hold optimized materials of four scenes against whole ones: the picture, nodes, closures, first and later renders."""
-    from true_diffuse.addon import usd as usd_files
-    from true_diffuse.scripts.studies import optimize as study
-
-    usd_files.register()
-    with tempfile.TemporaryDirectory() as folder:
-        steps = study.steps(partial(load_character, "human"), engines, Path(folder))
-        yield Section(steps, {"What optimized materials save, before -> after": study.table})
-
-
 def handlers(_options: Namespace, _engines: list["Engine"]) -> Iterator[Section]:
-    """Time the handlers at thousands of objects, and an edit of one of hundreds of optimized materials."""
+    """Time the handlers at thousands of objects."""
     from true_diffuse.scripts.studies import handlers as study
 
     yield Section(study.steps(), {"What handlers take": study.table})
@@ -251,7 +240,6 @@ MEASURES: dict[str, Measure] = {
         extremes,
         subsurface,
         usd,
-        optimize,
         handlers,
         animation,
     )

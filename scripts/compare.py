@@ -10,7 +10,7 @@ blender -b --python scripts/compare.py -- [OPTIONS]
 
 import math
 import sys
-from argparse import ArgumentTypeError, BooleanOptionalAction, Namespace
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -96,8 +96,6 @@ def parse(arguments: list[str]) -> Namespace:
     add("--full-figure", action="store_const", const=True, help=text)
     text = "five: show a character's file as one mesh in one color instead of as it is"
     add("--plaster", action="store_const", const=True, help=text)
-    text = "five, face: optimize plaster's materials for each engine, which renders the same picture (default: on)"
-    add("--optimize", action=BooleanOptionalAction, help=text)
     add("--out", type=Path, metavar="DIR", help=f"folder to write (default: {OUT}; with --job the job's own)")
     add("--save-blend", action="store_true", help="also write SCENE.blend, the scene to open in Blender")
     text = "five, face: render nothing, but write a job bundle of Open Job Description that does"
@@ -170,7 +168,6 @@ def job_spec(options: Namespace, engines: Sequence[str], choices: Mapping[str, "
         "engines": tuple(engines),
         "samples": {key: choices[key].samples if key in choices else options.samples or defaults[key] for key in engines},
         "resolution": options.resolution,
-        "optimize": options.optimize,
     }
     if options.scene == "face":
         return face.JobSpec(**asked), files
@@ -250,7 +247,6 @@ def _render(
     terminal: Terminal,
 ) -> "Collected":
     """Render what the options ask for by a renderer `of` the scene; return what it comes to, pictures in `output`."""
-    from true_diffuse.addon.optimize.materials import COLUMNS, rows
     from true_diffuse.scripts.studies import pictures
     from true_diffuse.scripts.studies.comparison.base import Collected
     from true_diffuse.scripts.studies.comparison.outcomes import Outcomes
@@ -265,9 +261,6 @@ def _render(
     renderer.finish()
     for note in collected.notes:
         terminal.say(f"{note['character']}: {note['text']}")
-    for label, findings in renderer.optimized.items():
-        if findings:
-            terminal.table(f"Materials optimized for {label}", COLUMNS, rows(findings))
     if options.save_blend and renderer.scene:
         pictures.save_blend(renderer.scene, output.folder / f"{options.scene}.blend")
     return collected
@@ -329,7 +322,6 @@ SCENES = {
             "full_figure": False,
             "plaster": False,
             "error": None,
-            "optimize": True,
             "job": None,
         },
     ),
@@ -337,7 +329,7 @@ SCENES = {
         compare=compare_face,
         resolution=(1200, 480),
         samples={"eevee": 32, "cycles": 20, "realtime": 32},
-        options={"characters": ["human"], "optimize": True, "job": None},
+        options={"characters": ["human"], "job": None},
     ),
     "searchlight": Scene(
         compare=compare_searchlight,

@@ -24,7 +24,7 @@ from true_diffuse.scripts.studies.comparison.outcomes import Outcomes, WorkError
 def outcome(path: str) -> str:
     """Return "picture", or the line that the user would get."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    asked = {"engines": ("cycles",), "samples": {"cycles": 1}, "resolution": (64, 24), "optimize": True, "sigmas": (0.2,)}
+    asked = {"engines": ("cycles",), "samples": {"cycles": 1}, "resolution": (64, 24), "sigmas": (0.2,)}
     rest = {"albedo": 0.8, "full_figure": False, "plaster": False, "configurations": {}}
     spec = five.JobSpec(characters={"damaged": path}, **asked, **rest)
     renderer, outcomes = five.Renderer(spec, [CYCLES]), Outcomes()

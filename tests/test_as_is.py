@@ -253,7 +253,6 @@ def test_plaster_is_one_mesh_in_one_color(figure_file: Path, plaster: bool) -> N
         engines=(CYCLES.key,),
         samples={CYCLES.key: 1},
         resolution=SIZE,
-        optimize=True,
         sigmas=(0.33,),
         albedo=0.8,
         full_figure=False,

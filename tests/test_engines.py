@@ -7,11 +7,9 @@ import pytest
 
 from support import USUAL, every_model
 from true_diffuse.addon.blender import engines
-from true_diffuse.addon.blender.id_properties import SPECIALIZED_FOR
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.models import CyclesDiffuse, Eon, Lambert, ReflectanceModel
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
-from true_diffuse.addon.optimize.materials import optimize_materials
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
 
 pytestmark = [pytest.mark.render, pytest.mark.usefixtures("empty_file")]
@@ -47,15 +45,3 @@ def test_realtime_draws_every_model_itself(model: ReflectanceModel) -> None:
     # From pixel to pixel the sphere's normal turns by 1/32: by 1e-4 in the standard deviation, 0.003 pixels, of the filter through
     # which Cycles renders its normals.
     assert result.rms <= 1e-4
-
-
-@pytest.mark.usefixtures("driver", "registered")
-def test_realtime_draws_an_optimized_material_as_it_was() -> None:
-    sphere = sphere_under_sun(32)
-    material = materials.create("Clay", ROUGH_DIFFUSE, Roughness=0.33, Quality="Precise", Color=COLOR)
-    whole = sphere.radiance(material, [sphere.sun], None, engines.REALTIME, 1)[1]
-    for engine in (engines.EEVEE, engines.CYCLES, engines.REALTIME):
-        bpy.context.scene.render.engine = engine.identifier
-        optimize_materials()
-        assert SPECIALIZED_FOR in material.node_tree.nodes[ROUGH_DIFFUSE.name].node_tree
-        assert sphere.radiance(material, [sphere.sun], None, engines.REALTIME, 1)[1] == whole

@@ -15,7 +15,7 @@ ORDER = (
     ("addon/blender",),
     ("addon/nodes",),
     ("addon/material",),
-    ("addon/measure", "addon/optimize", "addon/realtime", "addon/usd"),
+    ("addon/measure", "addon/realtime", "addon/usd"),
     ("addon/gltf",),
     ("scenes",),
     ("addon/probe",),

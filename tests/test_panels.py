@@ -12,7 +12,7 @@ import bpy
 
 import pytest
 
-from support import Layout
+from support import Layout, specialize
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.read import group_node
@@ -20,7 +20,6 @@ from true_diffuse.addon.material.summary import material_summary, stated_error
 from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
 from true_diffuse.addon.operators import exports as exports_operator
 from true_diffuse.addon.operators import tolerance as tolerance_operator
-from true_diffuse.addon.optimize.materials import optimize_materials
 from true_diffuse.addon.probe import exports, measurement
 from true_diffuse.addon.probe.environment import environment
 from true_diffuse.addon.ui import panels, plots
@@ -53,7 +52,7 @@ def test_panel_shows_the_sockets_a_plot_and_the_buttons(group, engine: str) -> N
     names = {socket.name for socket in group.inputs if not socket.hide_value and socket.name != "Subsurface Radius"}
     assert names <= set(layout.texts) and ("Subsurface Radius [mm]" in layout.texts) == (group is SUBSURFACE)
     assert "plot" in layout.offered
-    for name in ("measure", "pick_settings", "optimize", "restore"):
+    for name in ("measure", "pick_settings"):
         assert any(entry.startswith(f"true_diffuse.{name}") for entry in layout.offered)
 
 
@@ -113,13 +112,10 @@ def test_panel_shows_a_group_that_the_user_gave_another_socket() -> None:
     assert "Roughness" in drawn(material).texts
 
 
-def test_panel_says_that_a_material_is_optimized() -> None:
-    bpy.ops.mesh.primitive_cube_add()
-    material = clay(Roughness=0.0)
-    bpy.context.object.data.materials.append(material)
-    assert "Optimized" not in drawn(material).texts
-    optimize_materials()
-    assert "Optimized" in drawn(material).texts
+def test_panel_offers_the_upgrade_of_a_material_that_an_earlier_version_optimized() -> None:
+    material = clay()
+    specialize(material.node_tree.nodes["Rough Diffuse"])
+    assert drawn(material).offered == ["true_diffuse.upgrade"]
 
 
 @pytest.mark.parametrize("kind", [None, "NodeSocketColor"])

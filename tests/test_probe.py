@@ -11,14 +11,12 @@ import pytest
 
 from support import CountedProgress
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
-from true_diffuse.addon.blender.id_properties import SPECIALIZED_FOR
 from true_diffuse.addon.closures.lobe import CYCLES as CYCLES_LOBES
 from true_diffuse.addon.closures.lobe import PAIR
 from true_diffuse.addon.closures.lobes import Rendered
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.models import OrenNayar
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
-from true_diffuse.addon.optimize.materials import optimize_materials
 from true_diffuse.addon.probe import measurement
 
 pytestmark = pytest.mark.usefixtures("empty_file")
@@ -120,22 +118,6 @@ def test_file_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(RuntimeError):
         measurement.measure(material, scene, CountedProgress())
     assert everything() == before
-
-
-@pytest.mark.render
-def test_optimized_material_is_measured_whole_and_stays_optimized() -> None:
-    scene = bpy.context.scene
-    scene.render.engine = CYCLES.identifier
-    bpy.ops.mesh.primitive_cube_add()
-    material = materials.create("Clay", ROUGH_DIFFUSE, Model="Lambert", Color=COLOR)
-    bpy.context.object.data.materials.append(material)
-    summary = measurement.material_summary(material)
-    optimize_materials()
-    node = material.node_tree.nodes["Rough Diffuse"]
-    tree = node.node_tree
-    assert SPECIALIZED_FOR in tree and measurement.material_summary(material) == summary
-    assert measurement.measure(material, scene, CountedProgress()).worst < 0.002
-    assert node.node_tree == tree
 
 
 @pytest.mark.render

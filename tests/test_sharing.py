@@ -7,10 +7,10 @@ import bpy
 
 import pytest
 
+from support import specialize
 from true_diffuse.addon.blender.id_properties import GROUP_ID
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE, chosen_lights
-from true_diffuse.addon.optimize.materials import optimize_materials
 
 pytestmark = pytest.mark.usefixtures("registered")
 
@@ -24,7 +24,10 @@ def new_light(name: str) -> bpy.types.Object:
 
 
 def saved(folder: Path, name: str) -> Path:
-    """Save a file that has chosen a light: two whole materials, an optimized one, and a collection with all; empty it again."""
+    """Save a file that has chosen a light, and empty it again.
+
+    It has two whole materials, one that an earlier version optimized, and a collection with all.
+    """
     light = new_light(f"Light of {name}")
     made = [
         materials.create(f"Rough {name}", ROUGH_DIFFUSE, Quality="Exact for Chosen Lights"),
@@ -38,7 +41,7 @@ def saved(folder: Path, name: str) -> Path:
     bpy.context.scene.collection.children.link(collection)
     for item in (bpy.data.objects.new(f"Object {name}", mesh), light):
         collection.objects.link(item)
-    optimize_materials()
+    specialize(made[2].node_tree.nodes[ROUGH_DIFFUSE.name])
     path = folder / f"{name}.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
     bpy.data.batch_remove([*bpy.data.objects, *bpy.data.collections, *bpy.data.materials, *bpy.data.node_groups])

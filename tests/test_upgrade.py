@@ -8,9 +8,11 @@ import bpy
 
 import pytest
 
+from support import specialize
 from true_diffuse.addon.blender.id_properties import GROUP_ID
 from true_diffuse.addon.blender.osl import compiles_osl
 from true_diffuse.addon.material import materials, upgrade
+from true_diffuse.addon.material.read import read_surface
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group, chosen_lights
 from true_diffuse.addon.nodes.graph import COLOR, Graph, Socket, Value
 
@@ -110,6 +112,18 @@ def test_what_has_no_place_any_more_is_said() -> None:
     made.node_tree.links.new(made.node_tree.nodes.new("ShaderNodeValue").outputs[0], node.inputs["Gloss"])
     lines = upgrade.upgrade().lines
     assert len(lines) == 2 and any("Ancient" in line for line in lines) and any("Gloss" in line for line in lines)
+
+
+def test_material_optimized_by_this_version_s_predecessor_gets_the_whole_group() -> None:
+    made = materials.create("Optimized", ROUGH_DIFFUSE, Model="Fujii", Roughness=0.25)
+    node = made.node_tree.nodes[ROUGH_DIFFUSE.name]
+    node.inputs["Color"].driver_add("default_value", 0)
+    before = read_surface(made)
+    specialize(node)
+    assert read_surface(made).surface == before.surface  # as Realtime, USD and glTF take it
+    assert upgrade.upgrade().upgraded == ["Optimized"] and node.node_tree == ROUGH_DIFFUSE.ensure()
+    assert (node.inputs["Model"].default_value, node.inputs["Roughness"].default_value) == ("Fujii", 0.25)
+    assert len(made.node_tree.animation_data.drivers) == 1 and not list(upgrade.outdated())
 
 
 def test_second_upgrade_finds_nothing() -> None:

@@ -122,7 +122,7 @@ def material_summary(material: bpy.types.Material | None) -> MaterialSummary | N
 def node_summary(node: bpy.types.Node) -> MaterialSummary | None:
     """Return the summary of `node`; None where it holds no group of this version."""
     group = next((group for group in GROUPS if group.key == key_and_version(node)[0]), None)
-    if group is None:
+    if group is None or SPECIALIZED_FOR in node.node_tree:
         return None
     sockets = [node.inputs.get(socket.name) for socket in group.inputs]
     if not all(
@@ -131,9 +131,8 @@ def node_summary(node: bpy.types.Node) -> MaterialSummary | None:
         return None  # an older version of the group, or one that somebody edited
     inputs = {socket.name: plain(socket.default_value) for socket in sockets}
     linked = frozenset(socket.name for socket in sockets if socket.is_linked)
-    is_specialized = SPECIALIZED_FOR in node.node_tree
-    tree = next(iter(group.trees()), node.node_tree) if is_specialized else node.node_tree
-    trees = [tree, *(inner.node_tree for inner in tree.nodes if inner.type == "GROUP")]  # Subsurface holds Rough Diffuse
+    inner = (node.node_tree for node in node.node_tree.nodes if node.type == "GROUP")
+    trees = [node.node_tree, *inner]  # Subsurface holds Rough Diffuse
     return MaterialSummary(group.key, inputs, linked, any(inner.type == "SCRIPT" for tree in trees for inner in tree.nodes))
 
 

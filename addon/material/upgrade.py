@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import bpy
 
 from ..blender import fcurves
-from ..blender.id_properties import BUILT_FINGERPRINT, GROUP_ID
+from ..blender.id_properties import BUILT_FINGERPRINT, GROUP_ID, SPECIALIZED_FOR
 from ..closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from ..models import MODELS
 from ..nodes import GROUPS, Group, chosen_lights
@@ -67,7 +67,7 @@ def current_value[Value](socket: str, value: Value) -> Value | str:
 
 
 def outdated() -> Iterator[OldNode]:
-    """Yield the nodes of the file whose groups are of another version."""
+    """Yield the nodes of the file whose groups are of another version, or left out what one material did not need."""
     groups = {group.key: group for group in GROUPS}
     owners = [item for kind in (bpy.data.materials, bpy.data.worlds, bpy.data.lights) for item in kind if item.node_tree]
     trees = [(item, item.node_tree) for item in owners]
@@ -75,15 +75,14 @@ def outdated() -> Iterator[OldNode]:
     for owner, tree in trees:
         for node in tree.nodes:
             key, version = key_and_version(node)
-            if key in groups and version.isdecimal() and int(version) != groups[key].version:
+            if key not in groups or not version.isdecimal():
+                continue
+            if int(version) != groups[key].version or SPECIALIZED_FOR in node.node_tree:
                 yield OldNode(owner, tree, node, groups[key])
 
 
 def upgrade() -> Report:
-    """Give the `outdated` nodes the groups of this True Diffuse; returns what was done.
-
-    Optimized nodes get the whole group again.
-    """
+    """Give the `outdated` nodes the groups of this True Diffuse; returns what was done."""
     report = Report()
     for old in list(outdated()):
         name = f"{old.owner.name}: {old.node.label or old.node.name}"

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Node groups written as arithmetic: a `Graph` fills a shader node tree, its `Value`s are sockets that know + - * / and more.
 
-Plain Python numbers stay numbers as long as they meet only numbers: + - * / of them makes no node. `optimize.folding` has a Graph
-for one use of a group, in which more than that is known ahead.
+Plain Python numbers stay numbers as long as they meet only numbers: + - * / of them makes no node.
 """
 
 import hashlib
@@ -220,14 +219,6 @@ class Graph:
         for place, value in inputs.items():
             self.link(value, node.inputs[place])
         return Value(self, node.outputs[output])
-
-    def negligible(self, value: Operand) -> bool:
-        """Return whether a value is known to be too little to be seen; nothing is known where a group must serve for every use."""
-        return False
-
-    def known(self, value: Operand) -> float | tuple[float, ...] | None:
-        """Return a value as plain numbers, None where it is not known ahead."""
-        return None if isinstance(value, Value) else value
 
     def link(self, source: Operand | str, target: bpy.types.NodeSocket) -> None:
         """Connect a value to an input socket, or set the socket to a plain number, tuple or entry of a menu."""

@@ -49,8 +49,6 @@ def _noise_free_pair(graph: Graph, facing: Operand, n: Value, color: Operand, be
 
     EEVEE keeps the radius of the first one in steps of 2 mm, dithered; `materials.set_thickness` keeps light from behind out.
     """
-    if graph.negligible(color):
-        return graph.diffuse(facing, n)
     return graph.add_shader(graph.unscattered(facing, n), graph.diffuse(color, bent), graph.translucent(BLACK))
 
 

@@ -148,13 +148,12 @@ def cycles_closures(surface: Surface, model: ReflectanceModel, expansion: Expans
     z, function, away = weights(CYCLES)
     base = expansion.facing + z
     if away != 0.0:
-        mesh = graph.geometry("Normal")
-        if n is not mesh:  # a graph that knows more than that Normal may be linked has one value for both
-            share = 1.0 / graph.multiply_add(graph.dot(n, mesh), -MAPPED_FADE, 1.0 + MAPPED_FADE)  # closures.lobe.mapped_share
-            rest = 1.0 - share
-            base = base + away * (rest * MAPPED_BASE)
-            function = function * (1.0 - rest * surface.view.mu * MAPPED_FUJII)
-            away = away * share
+        facing = graph.dot(n, graph.geometry("Normal"))
+        share = 1.0 / graph.multiply_add(facing, -MAPPED_FADE, 1.0 + MAPPED_FADE)  # closures.lobe.mapped_share
+        rest = 1.0 - share
+        base = base + away * (rest * MAPPED_BASE)
+        function = function * (1.0 - rest * surface.view.mu * MAPPED_FUJII)
+        away = away * share
         once = graph.group(SINGLE_SCATTERING, N=n, Color=color * (base + K1 * function), Roughness=function / base)["BSDF"]
         return graph.add_shader(once, graph.group(AWAY_LOBE, Tangent=surface.tangent, Away=color * away)["BSDF"])
     # A roughness of 1 and the rest to Lambert: so each channel can have a fraction of its own.

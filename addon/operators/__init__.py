@@ -3,8 +3,8 @@
 
 import bpy
 
-from . import add, assets, convert, exports, lights, measure, optimize, presets, scene, tolerance, upgrade
+from . import add, assets, convert, exports, lights, measure, presets, scene, tolerance, upgrade
 
-MODULES = (add, presets, lights, convert, assets, scene, optimize, measure, exports, tolerance, upgrade)
+MODULES = (add, presets, lights, convert, assets, scene, measure, exports, tolerance, upgrade)
 
 register, unregister = bpy.utils.register_classes_factory([operator for module in MODULES for operator in module.CLASSES])

@@ -18,7 +18,6 @@ from ...scenes.slab import slab
 from ...scenes.sphere import SphereUnderSun, sphere_under_sun
 from ..blender import engines
 from ..blender.engines import CYCLES, EEVEE, REALTIME, Engine, uses_osl
-from ..blender.id_properties import SPECIALIZED_FOR
 from ..closures.quality import CHOSEN_LIGHTS
 from ..material import materials
 from ..material.read import group_node
@@ -28,7 +27,6 @@ from ..measure.record import Progress
 from ..models.quadrature import NORMAL
 from ..models.vector import from_polar
 from ..nodes import PRINCIPLED, SPECULAR_GROUP, SUBSURFACE, chosen_lights
-from ..optimize.materials import restore_node
 
 LIGHT_DEGREES = (0.0, 30.0, 60.0, 90.0, 120.0)  # between light and viewer
 SIZE = 96  # pixels across the sphere where the error is measured
@@ -234,11 +232,9 @@ def _seconds(measured: bpy.types.Material, sphere: SphereUnderSun, setup: Render
 
 
 def _copy(material: bpy.types.Material) -> bpy.types.Material:
-    """Return a copy of `material` whose surface is its group, not optimized and with no links to its inputs."""
+    """Return a copy of `material` whose surface is its group with no links to its inputs."""
     copy = material.copy()
     node = _node(copy)
-    if SPECIALIZED_FOR in node.node_tree:
-        restore_node(node)  # the temporary scene may need what was left out
     tree = copy.node_tree
     tree.animation_data_clear()
     for other in [other for other in tree.nodes if other != node]:

@@ -16,7 +16,6 @@ from ..operators.convert import (
     TRUE_DIFFUSE_OT_revert,
 )
 from ..operators.lights import TRUE_DIFFUSE_OT_use_selected_lights
-from ..operators.optimize import TRUE_DIFFUSE_OT_optimize, TRUE_DIFFUSE_OT_restore
 from ..operators.presets import TRUE_DIFFUSE_OT_add_preset, TRUE_DIFFUSE_OT_assign_preset
 from ..operators.scene import TRUE_DIFFUSE_OT_build_comparison
 from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
@@ -91,8 +90,7 @@ class TRUE_DIFFUSE_MT_object(bpy.types.Menu):
         ):
             self.layout.operator(operator.bl_idname)
         self.layout.separator()
-        for operator in (TRUE_DIFFUSE_OT_optimize, TRUE_DIFFUSE_OT_restore, TRUE_DIFFUSE_OT_upgrade):
-            self.layout.operator(operator.bl_idname)
+        self.layout.operator(TRUE_DIFFUSE_OT_upgrade.bl_idname)
 
 
 def draw_pictures(layout: bpy.types.UILayout, presets: "Sequence[Preset]", operator: type[bpy.types.Operator]) -> None:

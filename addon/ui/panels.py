@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from ..blender.id_properties import SPECIALIZED_FOR
 from ..operators.context import is_node_editor, material_of, node_of
 from ..operators.convert import TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes
 from ..operators.exports import TRUE_DIFFUSE_OT_check_exports, answers
 from ..operators.lights import TRUE_DIFFUSE_OT_toggle_light, TRUE_DIFFUSE_OT_use_selected_lights
 from ..operators.measure import TRUE_DIFFUSE_OT_measure, measurements
-from ..operators.optimize import TRUE_DIFFUSE_OT_optimize, TRUE_DIFFUSE_OT_restore
 from ..operators.presets import SHADED, TRUE_DIFFUSE_OT_apply_preset
 from ..operators.tolerance import TRUE_DIFFUSE_OT_pick_settings
 from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
@@ -113,18 +111,12 @@ def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, materi
     column = layout.column()
     column.enabled = node.id_data.is_editable and not locked_reason(material)
     draw_sockets(column, node)
-    if SPECIALIZED_FOR in node.node_tree:
-        column.label(text="Optimized", icon="INFO")
-        _caption(column, "Editing a socket restores the whole group")
     if summary.follows_lights:
         _section(layout, "lights", "Lights", lambda body: draw_lights(body, context.scene))
     _section(layout, "plot", "Plot", lambda body: draw_plots(body, context, summary))
     _section(layout, "accuracy", "Accuracy", lambda body: draw_accuracy(body, context.scene, material, summary))
     _section(layout, "carried", "Not Carried", lambda body: draw_carried(body, context, material))
     _section(layout, "error", "Error", lambda body: draw_error(body, context.scene))
-    row = layout.row(align=True)
-    row.operator(TRUE_DIFFUSE_OT_optimize.bl_idname)
-    row.operator(TRUE_DIFFUSE_OT_restore.bl_idname, text="Restore")
 
 
 def _section(layout: bpy.types.UILayout, key: str, title: str, draw: Callable[[bpy.types.UILayout], None]) -> None:

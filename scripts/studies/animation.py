@@ -22,7 +22,6 @@ from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, chosen_lights
-from true_diffuse.addon.optimize.materials import optimize_materials
 from true_diffuse.scenes.elements import add
 from true_diffuse.scenes.sphere import sphere_under_sun
 from true_diffuse.scripts.studies.study import Step, Table, percent
@@ -116,7 +115,6 @@ class Animation:
     def render_frames(self, engine: Engine, samples: int, frames: Sequence[int]) -> list[array[float]]:
         """Return the linear RGB of `frames`, each rendered as Blender renders an animation."""
         engines.use(self.scene, engine, samples)
-        optimize_materials()
         with tempfile.TemporaryDirectory(prefix="true_diffuse_") as folder:
             image = self.scene.render.image_settings
             image.media_type, image.file_format, image.color_depth = "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER", "32"
@@ -130,7 +128,7 @@ class Animation:
 
 
 def keyed_difference(quality: str, engine: Engine, samples: int, size: int, frames: Sequence[int] = KEYED_FRAMES) -> float:
-    """Return the largest difference of an animation's frames from stills of their values, which are neither keyed nor optimized.
+    """Return the largest difference of an animation's frames from stills of their values, which are not keyed.
 
     It is in linear RGB, relative to the stills' largest value.
     """

@@ -161,7 +161,7 @@ def has_osl(look: CharacterLook) -> bool:
 
 
 def measure_osl(stage: FiveCharacters, references: Sequence[Reference], progress: Progress) -> list[Measurement]:
-    """Return `measure` of Cycles with OSL for the characters that have a shader there. Their groups must not be optimized."""
+    """Return `measure` of Cycles with OSL for the characters that have a shader there."""
     chosen = [reference for reference in references if has_osl(reference.character.look)]
     before, stage.scene.cycles.shading_system = stage.scene.cycles.shading_system, True
     try:
@@ -178,10 +178,7 @@ def is_approximated(look: CharacterLook) -> bool:
 def measure_chosen_lights(
     stage: FiveCharacters, references: Sequence[Reference], samples: int, progress: Progress
 ) -> list[Measurement]:
-    """Return `measure` of Cycles at the quality Exact for Chosen Lights, which follows the key light, where that differs.
-
-    The groups must not be optimized.
-    """
+    """Return `measure` of Cycles at the quality Exact for Chosen Lights, which follows the key light, where that differs."""
     chosen = [reference for reference in references if is_approximated(reference.character.look)]
     sockets = [node.inputs["Quality"] for reference in chosen for node in group_nodes(reference.character)]
     before = [socket.default_value for socket in sockets]

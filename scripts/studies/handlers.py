@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the extension's handlers take of an update and of a change of frame, and an edit of one of many optimized materials."""
+"""What the extension's handlers take of an update and of a change of frame."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -13,11 +13,10 @@ from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.materials import Setting
 from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE, Group, chosen_lights
-from true_diffuse.addon.optimize.materials import optimize_materials
 from true_diffuse.scenes.elements import add
 from true_diffuse.scripts.studies.study import Step, Table
 
-OBJECTS, MATERIALS = 5000, 200
+OBJECTS = 5000
 ROUNDS = 21
 LISTS = ("depsgraph_update_post", "frame_change_post")
 MANY: dict[str, tuple[Group, dict[str, Setting]]] = {
@@ -80,7 +79,6 @@ def updates(name: str) -> Iterator[Record]:
     group, inputs = MANY[name]
     scene.objects[0].data.materials[0] = materials.create(name, group, **inputs)
     scene.objects[1].keyframe_insert("location", frame=1)
-    optimize_materials()
 
     def move(index: int) -> None:
         scene.objects[0].location.x = index
@@ -90,26 +88,9 @@ def updates(name: str) -> Iterator[Record]:
         yield {"scene": f"{OBJECTS} objects, {name}", "what": what, **measured(act)}
 
 
-def edits() -> Iterator[Record]:
-    """Yield what an edit of one of many optimized materials takes, which restores its group."""
-    scene = scene_of(MATERIALS)
-    made = [materials.create(f"Edited {index}", SUBSURFACE, Roughness=0.0) for index in range(MATERIALS)]
-    nodes = [node for material in made for node in material.node_tree.nodes if node.type == "GROUP"]
-    for item, material in zip(scene.objects, made, strict=False):
-        item.material_slots[0].link, item.material_slots[0].material = "OBJECT", material
-    optimize_materials()
-    scene.view_layers[0].update()
-
-    def edit(index: int) -> None:
-        nodes[index].inputs["Roughness"].default_value = 0.5
-        scene.view_layers[0].update()
-
-    yield {"scene": f"{MATERIALS} optimized materials", "what": "one is edited", **measured(edit)}
-
-
 def steps() -> list[Step]:
-    """Return a step for each material of many objects, and one for many materials."""
-    return [*(Step(name, partial(updates, name)) for name in MANY), Step(f"{MATERIALS} materials", edits)]
+    """Return a step for each material of many objects."""
+    return [Step(name, partial(updates, name)) for name in MANY]
 
 
 def table(found: Sequence[Record]) -> Table:

@@ -10,7 +10,6 @@ import json
 import os
 import subprocess
 import sys
-import time
 from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import product
@@ -25,7 +24,6 @@ from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS, PRECISE
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SUBSURFACE, Group, chosen_lights
-from true_diffuse.addon.optimize.materials import optimize_materials
 from true_diffuse.scenes.sphere import sphere_under_sun
 from true_diffuse.scripts.studies.study import Step, Table
 
@@ -39,7 +37,6 @@ GROUPS: dict[str, tuple[Group, dict[str, materials.Setting]]] = {
     "Rough Diffuse, Chosen Lights": (ROUGH_DIFFUSE, {"Quality": CHOSEN_LIGHTS}),
     "Subsurface": (SUBSURFACE, {}),
     "Principled Rough Diffuse": (PRINCIPLED, {"Diffuse Roughness": 0.3}),
-    "Principled Rough Diffuse, optimized": (PRINCIPLED, {"Diffuse Roughness": 0.3}),
 }
 KINDS = (DIFFUSE, OWN_PRINCIPLED, *GROUPS)
 # Opens a file and prints what is measured
@@ -61,11 +58,8 @@ print("FOUND", json.dumps(found), flush=True)
 """
 
 
-def build(kind: str, count: int, engine: Engine) -> float | None:
-    """Make the open file one of `count` spheres, each of a material of its own of that `kind`.
-
-    Returns the seconds of Optimize Materials, None where the kind is not optimized.
-    """
+def build(kind: str, count: int, engine: Engine) -> None:
+    """Make the open file one of `count` spheres, each of a material of its own of that `kind`."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     stage = sphere_under_sun(SIZE)
     scene, mesh = stage.scene, _small_sphere()
@@ -81,11 +75,6 @@ def build(kind: str, count: int, engine: Engine) -> float | None:
         sphere.material_slots[0].material = material(kind, f"Material {index}", color)
     bpy.data.objects.remove(stage.sphere)
     engines.use(scene, engine, 1)
-    if not kind.endswith("optimized"):
-        return None
-    start = time.process_time()
-    optimize_materials()
-    return time.process_time() - start
 
 
 def material(kind: str, name: str, color: tuple[float, ...]) -> bpy.types.Material:
@@ -116,9 +105,8 @@ def steps(used: Sequence[Engine], folder: Path, quick: bool) -> list[Step]:
 
     def measure(engine: Engine, count: int) -> Iterator[Record]:
         files: dict[str, Path] = {}
-        optimizing: dict[str, float | None] = {}
         for kind in KINDS:
-            optimizing[kind] = build(kind, count, engine)
+            build(kind, count, engine)
             files[kind] = folder / f"{engine.key} {count} {kind}.blend"
             bpy.ops.wm.save_as_mainfile(filepath=str(files[kind]), copy=True, compress=False)
         found: dict[str, list[dict[str, float]]] = {kind: [] for kind in KINDS}
@@ -128,7 +116,7 @@ def steps(used: Sequence[Engine], folder: Path, quick: bool) -> list[Step]:
         for kind in KINDS:
             values = {what: [each[what] for each in found[kind]] for what in found[kind][0]}
             numbers = {what: None if None in each else median(each) for what, each in values.items()}
-            record: Record = {"engine": engine.key, "materials": count, "kind": kind, "optimize": optimizing[kind]}
+            record: Record = {"engine": engine.key, "materials": count, "kind": kind}
             yield record | {"file": files[kind].stat().st_size, **numbers}
 
     counts = QUICK_COUNTS if quick else COUNTS
@@ -147,7 +135,7 @@ def _clock(file: Path) -> dict[str, float]:
 
 def table(found: Sequence[Record]) -> Table:
     """Return a row for each engine, number and kind of material; renders also over those of the Diffuse BSDF."""
-    columns = ("Engine", "Materials", "Kind", "Open", "First render", "Next render", "Frame change", "Memory", "File", "Optimize")
+    columns = ("Engine", "Materials", "Kind", "Open", "First render", "Next render", "Frame change", "Memory", "File")
     base = {(record["engine"], record["materials"]): record for record in found if record["kind"] == DIFFUSE}
 
     def row(record: Record) -> tuple[str, ...]:
@@ -159,7 +147,6 @@ def table(found: Sequence[Record]) -> Table:
         times = with_ratio("first"), with_ratio("later"), f"{1000.0 * record['frame']:.1f} ms"
         memory = "-" if record["memory"] is None else f"{record['memory'] / 1e6:.0f} MB"
         sizes = memory, f"{record['file'] / 1e6:.1f} MB"
-        optimize = "-" if record["optimize"] is None else f"{record['optimize']:.2f} s"
-        return record["engine"], str(record["materials"]), record["kind"], f"{record['open']:.2f} s", *times, *sizes, optimize
+        return record["engine"], str(record["materials"]), record["kind"], f"{record['open']:.2f} s", *times, *sizes
 
     return columns, [row(record) for record in found]

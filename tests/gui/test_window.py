@@ -41,7 +41,6 @@ STEPS = (
     "gltf_options",
     "reverted",
     "measured",
-    "optimized",
     "edited",
     "reopened",
 )

@@ -15,9 +15,8 @@ from typing import ClassVar
 import bpy
 
 from true_diffuse.addon.blender import engines
-from true_diffuse.addon.blender.engines import ENGINES, REALTIME, Engine
+from true_diffuse.addon.blender.engines import ENGINES, Engine
 from true_diffuse.addon.measure.record import Progress, Record
-from true_diffuse.addon.optimize.materials import OptimizedNode, optimize_materials, restore_materials
 from true_diffuse.addon.probe.environment import environment
 from true_diffuse.scripts.characters.character import CharacterError
 from true_diffuse.scripts.studies import pictures
@@ -55,7 +54,6 @@ class JobSpec(Spec, ABC):
     engines: tuple[str, ...]
     samples: Mapping[str, int]
     resolution: tuple[int, int]
-    optimize: bool
     chunk: int = CHUNK
     """How many frames' meshes whoever renders keeps at a time."""
 
@@ -123,7 +121,6 @@ class Renderer[Asked: JobSpec](ABC):
     def __init__(self, spec: Asked, usable: Sequence[Engine]) -> None:
         self.spec = spec
         self.usable = usable
-        self.optimized: dict[str, list[OptimizedNode]] = {}  # by engines' labels, as found last
         self.engine: Engine | None = None
         self.notes: list[str] = []  # on the character
         self._character: str | None = None
@@ -164,14 +161,10 @@ class Renderer[Asked: JobSpec](ABC):
         self.show(item.frame)
         outfit = self.outfit(item.look)
         if engine is not self.engine or outfit != self._outfit:
-            restore_materials()
             self.wear(outfit)
             self._outfit = outfit
             self.configure(engine)
             engines.use(self.scene, engine, self.spec.samples[engine.key])
-            # Realtime takes a material's values, not its nodes
-            optimizes = self.spec.optimize and engine is not REALTIME and self.optimizes
-            self.optimized[engine.label] = optimize_materials() if optimizes else []
             self.engine = engine
 
     def _picture(self, item: WorkItem, engine: Engine, progress: Progress) -> Rendered:
@@ -189,14 +182,8 @@ class Renderer[Asked: JobSpec](ABC):
 
     def finish(self) -> None:
         """Leave the last scene as its picture shows it, for people to open."""
-        restore_materials()
         if self.scene:
             self.wear(self.outfit(PICTURE))
-
-    @property
-    def optimizes(self) -> bool:
-        """Whether to optimize materials pays for the few renders of the last character."""
-        return True
 
     def outfit(self, look: str) -> str:
         """Return the name of what the characters wear for a look, or for the picture; empty where it is the same for all."""

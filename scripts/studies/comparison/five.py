@@ -15,7 +15,6 @@ from true_diffuse.addon.blender.osl import compiles_osl
 from true_diffuse.addon.closures.quality import CHOSEN_LIGHTS
 from true_diffuse.addon.measure.record import Progress, Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, chosen_lights
-from true_diffuse.addon.optimize.materials import restore_materials
 from true_diffuse.scenes import five_characters
 from true_diffuse.scenes.subject import Figure
 from true_diffuse.scripts.characters import character as characters
@@ -110,10 +109,6 @@ class Renderer(base.Renderer[JobSpec]):
             character.subject.data = self._meshes[frame]
         self._five.scene.view_layers[0].update()
 
-    @property
-    def optimizes(self) -> bool:
-        return not self._figures  # dozens of materials, of which each takes longer than a render
-
     def outfit(self, look: str) -> str:
         if not self._figures:
             return ""
@@ -151,8 +146,6 @@ class Renderer(base.Renderer[JobSpec]):
         if spec.compares_realtime and engine in (CYCLES, REALTIME):
             takes = [(None, measured)]
             if engine is CYCLES:
-                restore_materials()
-                self.engine = None  # what comes next has its materials optimized again
                 if spec.compares_osl and compiles_osl():
                     takes += [(None, take) for take in five.measure_osl(only, seen, progress)]
                 takes += [(CHOSEN_LIGHTS, take) for take in five.measure_chosen_lights(only, seen, measured.samples, progress)]
