@@ -398,7 +398,7 @@ def changed(scene: bpy.types.Scene, engine: engines.Engine, samples: int, alter:
 
 
 def check(seeds: list[int], engine: engines.Engine, samples: int, osl: bool = False, qualities: Sequence[str] = QUICK) -> None:
-    """Assert that no cell changes when the values of the recipes of `seeds` are hidden, and that shaders need more closures then."""
+    """Assert that no cell changes when the values of the recipes of `seeds` are hidden, and that shaders get more closures then."""
     made = [recipe(Random(seed), qualities) for seed in seeds]
     scene = build(made)
     scene.cycles.shading_system = osl
