@@ -407,11 +407,14 @@ def check(seeds: list[int], engine: engines.Engine, samples: int, osl: bool = Fa
     wrong = changed(scene, engine, samples, hide_values)
     assert not wrong, {seeds[index]: made[index] for index in wrong}
     whole = closures()
-    assert any(whole[name] > lean[name] for name in lean)
+    assert osl or any(whole[name] > lean[name] for name in lean)  # with OSL most are one Script
 
 
 def hide_values() -> None:
-    """Link to each socket for a number its value plus an attribute that no mesh has, which is 0, but not known to be."""
+    """Link to each socket for a number its value plus an attribute that no mesh has, which is 0, but not known to be.
+
+    Not to Anisotropic: with OSL Blender's own Principled BSDF of metal is black at a constant 3e-6, but not at a linked one (5.2).
+    """
     own = [tree for tree in bpy.data.node_groups if GROUP_ID not in tree]
     for tree in [*own, *(material.node_tree for material in bpy.data.materials)]:
         animated = tree.animation_data
@@ -420,7 +423,9 @@ def hide_values() -> None:
         missing = tree.nodes.new("ShaderNodeAttribute")
         missing.attribute_name = "none"
         for socket in [socket for node in tree.nodes if node.type == "GROUP" for socket in node.inputs]:
-            if socket.type != "VALUE" or socket.is_linked or socket.path_from_id("default_value") in (*drivers, *keys):
+            if socket.type != "VALUE" or socket.is_linked or socket.name == "Anisotropic":
+                continue
+            if socket.path_from_id("default_value") in (*drivers, *keys):
                 continue
             total = tree.nodes.new("ShaderNodeMath")
             total.inputs[0].default_value = socket.default_value
