@@ -406,15 +406,17 @@ class Graph:
         """Return a vector or a color times a number."""
         return self.node("ShaderNodeVectorMath", {"Vector": vector, "Scale": factor}, "Vector", operation="SCALE")
 
-    def normal(self) -> Value:
-        """Return N at unit length: the group's Normal input, or the surface's own normal where nothing is connected to it.
+    def normal(self) -> tuple[Value, Value]:
+        """Return N at unit length, the group's Normal input, and 1; where nothing is connected the surface's own normal, and 0.
 
-        So it is where the input is NaN. What is longer than LONGEST counts as that long along each axis.
+        It is the surface's own where the input is NaN. What is longer than LONGEST counts as that long along each axis.
         """
         given = self.input(NORMAL)
         unit = self.normalize(self.clamp(given, -LONGEST, LONGEST))  # a Mix would let NaN through even at factor 0
         is_given = self.math("GREATER_THAN", self.vector_math("LENGTH", given, output="Value"), 0.0)
-        return self.mix(is_given, self.geometry("Normal"), unit)
+        own = self.geometry("Normal")
+        unmapped = self.is_known(is_given, 0.0)
+        return self.switch(unmapped, {0: self.mix(is_given, own, unit), 1: own}), 1.0 - unmapped
 
     def mix(self, factor: Operand, first: Operand, second: Operand) -> Value:
         """Return the vector `first` at `factor` 0, `second` at 1, and between them a fraction of each."""

@@ -39,9 +39,9 @@ AWAY = _vector("Away", "Color of the lobe away from the viewer")
 
 
 def _along(graph: Graph, tangent: Operand, n: Value, up: Operand) -> tuple[Value, Value]:
-    """Return the direction of tangent + up N at unit length, and its length before."""
+    """Return tangent + up N and its length; closures normalize it."""
     d = tangent + n * up
-    return graph.normalize(d), graph.vector_math("LENGTH", d, output="Value")
+    return d, graph.vector_math("LENGTH", d, output="Value")
 
 
 def _noise_free_pair(graph: Graph, facing: Operand, n: Value, color: Operand, bent: Value) -> Value:

@@ -17,6 +17,7 @@ from .model_nodes import N, Surface, parameters
 
 CHOSEN = NUMBERS[CHOSEN_LIGHTS]
 QUALITY = Socket("Quality", "NodeSocketFloat", "Number of the quality", 0.0)
+MAPPED = Socket("Mapped", "NodeSocketFloat", "0 where N is known to be the mesh's own normal", 1.0)
 OSL = Socket("OSL", "NodeSocketShader", "The closure in Open Shading Language")
 
 type Weights = Callable[[str], list[Number]]  # of a set's lobes
@@ -50,17 +51,24 @@ def build_model(graph: Graph, model: ReflectanceModel) -> dict[str, Value]:
     in_cycles = cycles_closures(surface, model, expansion, weights)
     if model.osl is not None and model.cycles is not CyclesClosures.DIFFUSE and compiles_osl():
         in_cycles = graph.switch(graph.uses_osl(), {0: in_cycles, 1: graph.input(OSL)})
-    z, x = weights(SINGLE)
-    single = graph.group(SINGLE_LOBE, **frame, Facing=color * (expansion.facing + z), Toward=color * x)["BSDF"]
-    z, bent = weights(PAIR)
+    tints = {name: color * weight for name, weight in expansion.functions.items()}
+
+    def tinted(lobe_set: str) -> list[Value]:
+        """Return the color of each lobe of a set that `expansion.facing` goes with the first of."""
+        colors = []
+        for index in range(len(next(iter(TABLE[lobe_set][family].weights.values())))):
+            total: Number = color * expansion.facing if index == 0 else 0.0
+            for name, tint in tints.items():
+                value = surface.weight(TABLE[lobe_set][family].weights[name][index])
+                total = graph.multiply_add(tint, value, total) if isinstance(total, Value) else tint * value
+            colors.append(total)
+        return colors
+
+    facing, toward = tinted(SINGLE)
+    single = graph.group(SINGLE_LOBE, **frame, Facing=facing, Toward=toward)["BSDF"]
+    facing, toward = tinted(PAIR)
     up = TABLE[PAIR][family].lobes[1]
-    pair = graph.group(
-        LOBE_PAIR,
-        **frame,
-        Facing=color * (expansion.facing + z),
-        Toward=color * bent,
-        Up=up.up_0 + surface.view.mu * up.up_1,
-    )["BSDF"]
+    pair = graph.group(LOBE_PAIR, **frame, Facing=facing, Toward=toward, Up=up.up_0 + surface.view.mu * up.up_1)["BSDF"]
     lobes = {PAIR: pair, SINGLE: single, SIGNED: signed_lobes(surface, model, expansion, weights(SIGNED))}
     in_eevee = graph.in_eevee()
     by_quality = {
@@ -148,14 +156,15 @@ def cycles_closures(surface: Surface, model: ReflectanceModel, expansion: Expans
     z, function, away = weights(CYCLES)
     base = expansion.facing + z
     if away != 0.0:
-        facing = graph.dot(n, graph.geometry("Normal"))
-        share = 1.0 / graph.multiply_add(facing, -MAPPED_FADE, 1.0 + MAPPED_FADE)  # closures.lobe.mapped_share
-        rest = 1.0 - share
-        base = base + away * (rest * MAPPED_BASE)
-        function = function * (1.0 - rest * surface.view.mu * MAPPED_FUJII)
-        away = away * share
-        once = graph.group(SINGLE_SCATTERING, N=n, Color=color * (base + K1 * function), Roughness=function / base)["BSDF"]
-        return graph.add_shader(once, graph.group(AWAY_LOBE, Tangent=surface.tangent, Away=color * away)["BSDF"])
+
+        def lobes(base: Number, function: Number, away: Number) -> Value:
+            once = graph.group(SINGLE_SCATTERING, N=n, Color=color * (base + K1 * function), Roughness=function / base)["BSDF"]
+            return graph.add_shader(once, graph.group(AWAY_LOBE, Tangent=surface.tangent, Away=color * away)["BSDF"])
+
+        share = 1.0 / graph.multiply_add(graph.dot(n, graph.geometry("Normal")), -MAPPED_FADE, 1.0 + MAPPED_FADE)
+        rest = 1.0 - share  # of the lobe away from the viewer, see closures.lobe.mapped_share
+        mapped = lobes(base + away * (rest * MAPPED_BASE), function * (1.0 - rest * surface.view.mu * MAPPED_FUJII), away * share)
+        return graph.switch(graph.is_known(graph.input(MAPPED), 0.0), {0: mapped, 1: lobes(base, function, away)})
     # A roughness of 1 and the rest to Lambert: so each channel can have a fraction of its own.
     rough = graph.minimum(function, base)
     once = graph.group(SINGLE_SCATTERING, N=n, Color=color * rough * (1.0 + K1), Roughness=1.0)["BSDF"]
@@ -198,7 +207,7 @@ EON_CHANNELS = Group(
 
 def model_group(model: ReflectanceModel) -> Group:
     """Return the inner group of a model."""
-    return _group("model", model.label, model, (QUALITY, OSL), build_model)
+    return _group("model", model.label, model, (MAPPED, QUALITY, OSL), build_model)
 
 
 def _group(

@@ -8,8 +8,6 @@ from ..models.registry import ROUGHNESS as ROUGHNESS_PARAMETER
 from ..models.terms import Light, Terms, View
 from .graph import COLOR, Graph, Number, Socket, Value
 
-NORMAL_INCIDENCE = 1e-6  # keeps the tangent defined where V = N; all that follows it is 0 there
-
 
 def _roughness() -> str:
     """Return what Roughness means to the models that have it, as one clause for each meaning."""
@@ -55,7 +53,7 @@ class Surface:
         self.n = graph.input(N)
         v = graph.geometry("Incoming")
         mu = graph.maximum(graph.dot(self.n, v), 0.0)
-        across = v - self.n * (mu - NORMAL_INCIDENCE)
+        across = v - self.n * mu
         self.tangent = graph.normalize(across)
         sine = graph.vector_math("LENGTH", across, output="Value")
         self.view = View(graph, graph.clamp(graph.input(COLOR), 0.0, 1.0), mu, sine)

@@ -27,7 +27,8 @@ from ..closures.principled_layers import (
 )
 from ..models.registry import DEFAULT, MODELS, CyclesClosures, ReflectanceModel
 from .graph import NORMAL, Graph, Group, Number, Operand, Socket, Value
-from .rough_diffuse import MODEL, QUALITY, ROUGH_DIFFUSE
+from .model_nodes import N
+from .rough_diffuse import MODEL, QUALITY, ROUGH
 
 FLOAT, COLOR_SOCKET, VECTOR = "NodeSocketFloat", "NodeSocketColor", "NodeSocketVector"
 WHITE = (1.0, 1.0, 1.0, 1.0)
@@ -181,7 +182,7 @@ NATIVE = Group(
 )
 ABOVE = (
     ALPHA,
-    NORMAL,
+    N,
     ROUGHNESS,
     IOR,
     LEVEL,
@@ -201,7 +202,7 @@ def build_layers(graph: Graph) -> dict[str, Value]:
         red, green, blue = graph.separate(color)
         return graph.maximum(graph.maximum(red, green), blue)
 
-    n = graph.normal()
+    n = value[N.name]
     incoming = graph.geometry("Incoming")
     mu = graph.clamp(graph.dot(n, incoming), 0.0, 1.0)
     given = value[COAT_NORMAL.name]
@@ -290,19 +291,21 @@ def build(graph: Graph) -> dict[str, Value]:
             DIFFUSE_ROUGHNESS.name: 0.0,
         }
     )
-    inputs = {socket.name.replace(" ", "_"): value[socket.name] for socket in ABOVE}
+    n, mapped = graph.normal()
+    inputs = {socket.name.replace(" ", "_"): value[socket.name] for socket in ABOVE if socket is not N} | {"N": n}
     left = graph.group(LAYERS, **inputs, Keeps_All=above[KEEPS_ALL.name])
     color = value[BASE_COLOR.name] * left["Tint"]
 
     def layered(model: ReflectanceModel) -> Value:
         rough = graph.group(
-            ROUGH_DIFFUSE,
+            ROUGH,
             Model=model.label,
             Quality=graph.input(QUALITY),
             Color=color,
             Roughness=value[DIFFUSE_ROUGHNESS.name],
             IOR=value[IOR.name],
-            Normal=value[NORMAL.name],
+            N=n,
+            Mapped=mapped,
         )["BSDF"]
         diffuse = graph.add_shader(above["BSDF"], graph.mix_shader(left["Factor"], None, rough))
         return graph.switch(graph.is_known(other, 0.0), {0: graph.mix_shader(other, diffuse, rest["BSDF"]), 1: diffuse})

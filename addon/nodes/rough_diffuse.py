@@ -11,8 +11,8 @@ from ..closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, NUMBERS, PRECISE
 from ..models.registry import DEFAULT, MODELS
 from .chosen_lights import MENU_PATH
 from .graph import COLOR, NORMAL, Graph, Group, Operand, Socket, Value
-from .model_groups import model_group
-from .model_nodes import SOCKETS, parameters
+from .model_groups import MAPPED, model_group
+from .model_nodes import SOCKETS, N, parameters
 
 SHADER = "rough_diffuse"
 MODEL = Socket("Model", "NodeSocketMenu", "Reflectance model", MODELS[DEFAULT].label)
@@ -27,14 +27,13 @@ QUALITIES = {
 }
 
 
-def build(graph: Graph) -> dict[str, Value]:
-    n = graph.normal()
-    color = graph.input(COLOR)
+def build_rough(graph: Graph) -> dict[str, Value]:
     values = {name: graph.input(socket) for name, socket in SOCKETS.items()}
     models = [(model.label, model.description, float(model.number)) for model in MODELS.values()]
     qualities = [(name, text, float(NUMBERS[name])) for name, text in QUALITIES.items()]
     number, quality = graph.menu(graph.input(MODEL), "FLOAT", models), graph.menu(graph.input(QUALITY), "FLOAT", qualities)
-    shared: dict[str, Operand] = {"Color": color, "N": n, "Quality": quality}
+    color, n = graph.input(COLOR), graph.input(N)
+    shared: dict[str, Operand] = {"Color": color, "N": n, "Mapped": graph.input(MAPPED), "Quality": quality}
     if compiles_osl():
         shared["OSL"] = graph.script(SHADER, Model=number, Color=color, Normal=n, **values)
     closures = {}
@@ -42,6 +41,23 @@ def build(graph: Graph) -> dict[str, Value]:
         own = {socket.name: values[socket.name] for socket in parameters(model)}
         closures[model.number] = graph.group(model_group(model), **shared, **own)["BSDF"]
     return {"BSDF": graph.switch(number, closures)}
+
+
+ROUGH = Group(
+    "rough",
+    ".True Diffuse Rough",
+    "Rough",
+    1,
+    "Rough diffuse reflection around a normal at unit length",
+    (MODEL, QUALITY, COLOR, *SOCKETS.values(), N, MAPPED),
+    build_rough,
+)
+
+
+def build(graph: Graph) -> dict[str, Value]:
+    n, mapped = graph.normal()
+    inputs = {socket.name: graph.input(socket) for socket in (MODEL, QUALITY, COLOR, *SOCKETS.values())}
+    return graph.group(ROUGH, **inputs, N=n, Mapped=mapped)
 
 
 ROUGH_DIFFUSE = Group(

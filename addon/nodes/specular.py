@@ -34,7 +34,7 @@ EXPONENT = Socket(
 
 
 def build(graph: Graph) -> dict[str, Value]:
-    normal = graph.normal()
+    normal, _ = graph.normal()
     mu = graph.clamp(graph.dot(normal, graph.geometry("Incoming")), 0.0, 1.0)
     closures = {BALANCED: lobe(graph, normal, mu), CHOSEN_LIGHTS: under_lights(graph, normal, mu)}
     return {"BSDF": graph.menu(graph.input(QUALITY), "SHADER", [(name, text, closures[name]) for name, text in QUALITIES])}

@@ -17,7 +17,7 @@ from ..models.medium import LONGEST
 from ..models.wolff import transmittance
 from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
 from .model_nodes import ROUGHNESS
-from .rough_diffuse import MODEL, ROUGH_DIFFUSE
+from .rough_diffuse import MODEL, ROUGH
 
 METHOD = Socket("Method", "NodeSocketMenu", "How Cycles scatters light below the surface; EEVEE has one method", "Random Walk")
 WEIGHT = Socket(
@@ -52,7 +52,7 @@ class Medium:
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
         self.color = graph.clamp(graph.input(COLOR), 0.0, 1.0)
-        self.n = graph.normal()
+        self.n, self.mapped = graph.normal()
         # not a millimetre: a driver leaves what changes by some 1e-6 as it was
         self.scale = graph.clamp(graph.input(SCALE), 0.0, LONGEST) * (graph.meter() * 0.001)
         length = graph.clamp(graph.input(MEAN_FREE_PATH), 0.0, LONGEST)
@@ -103,13 +103,14 @@ def build(graph: Graph) -> dict[str, Value]:
     scattered = graph.switch(graph.in_eevee(), {0: in_cycles, 1: eevee(medium)})
 
     rough = graph.group(
-        ROUGH_DIFFUSE,
+        ROUGH,
         Model=graph.input(MODEL),
         Quality=FAST,  # EEVEE's lobe pair takes the place of its Subsurface closure
         Color=graph.input(COLOR),
         Roughness=graph.input(ROUGHNESS),
         IOR=graph.input(IOR),
-        Normal=graph.input(NORMAL),
+        N=medium.n,
+        Mapped=medium.mapped,
     )["BSDF"]
     weight, specular = (graph.clamp(graph.input(socket), 0.0, 1.0) for socket in (WEIGHT, SPECULAR))
     base = graph.switch(graph.is_known(weight, 0.0), {0: graph.mix_shader(weight, rough, scattered), 1: rough})
