@@ -93,25 +93,27 @@ def build_signed(graph: Graph, under: bool) -> Value:
     return graph.add_shader(base, graph.emission(graph.maximum(total, 0.0)))
 
 
-def build_single_scattering(graph: Graph) -> Value:
-    n, color, roughness = map(graph.input, SINGLE_SCATTERING.inputs)
-    base = graph.diffuse(color, n, roughness, 0.5**DOUBLINGS)
+def single_scattering(graph: Graph, n: Value, color: Operand, factor: Operand, roughness: Operand) -> Value:
+    """Return, in Cycles, Fujii's model of albedo `color` times `factor`, without multiple scattering."""
+    base = graph.diffuse(color * (factor * 0.5**DOUBLINGS), n, roughness)
     for _ in range(DOUBLINGS):
         base = graph.add_shader(base, base)
     return base
 
 
-def build_away(graph: Graph) -> Value:
-    tangent, color = map(graph.input, AWAY_LOBE.inputs)
-    mesh = graph.geometry("Normal")  # closures.lobe.away
-    up = graph.maximum(graph.dot(mesh, tangent), 0.0) + 1.0 / math.tan(CYCLES_AWAY)
-    return graph.diffuse(graph.maximum(color, 0.0), mesh * up - tangent)
+def away_lobe(graph: Graph, tangent: Value, n: Value, color: Value, mapped: bool) -> Value:
+    """Return, in Cycles, the lobe away from the viewer; `mapped`: where N may be another than the mesh's normal."""
+    if mapped:
+        mesh = graph.geometry("Normal")  # closures.lobe.away
+        up = graph.maximum(graph.dot(mesh, tangent), 0.0) + 1.0 / math.tan(CYCLES_AWAY)
+        direction = mesh * up - tangent
+    else:
+        direction = graph.multiply_add(tangent, -math.tan(CYCLES_AWAY), n)
+    return graph.diffuse(graph.maximum(color, 0.0), direction)
 
 
-def _inner(
-    key: str, label: str, description: str, inputs: tuple[Socket, ...], build: Callable[[Graph], Value], version: int = 1
-) -> Group:
-    return Group(key, f".True Diffuse {label}", label, version, description, inputs, lambda graph: {"BSDF": build(graph)})
+def _inner(key: str, label: str, description: str, inputs: tuple[Socket, ...], build: Callable[[Graph], Value]) -> Group:
+    return Group(key, f".True Diffuse {label}", label, 2, description, inputs, lambda graph: {"BSDF": build(graph)})
 
 
 SINGLE_LOBE = _inner(
@@ -148,11 +150,3 @@ SIGNED_LOBES_UNDER = _inner(
     (*_SIGNED, _vector("Under", "Color of the lobe from under the surface"), _number("Under Up", "How far it rises, below 0")),
     partial(build_signed, under=True),
 )
-SINGLE_SCATTERING = _inner(
-    "once",
-    "Reflected Once",
-    "Cycles: Fujii's model without multiple scattering",
-    (N, _vector("Color", "Color of the lobe"), _number("Roughness", "Roughness of Fujii's model, 0 to 1")),
-    build_single_scattering,
-)
-AWAY_LOBE = _inner("away", "Away Lobe", "Cycles: a lobe away from the viewer", (TANGENT, AWAY), build_away, 2)

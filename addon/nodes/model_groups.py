@@ -12,7 +12,7 @@ from ..models.registry import CyclesClosures, ReflectanceModel
 from ..models.terms import Expansion, SingleLightTerms
 from .chosen_lights import L, weighted_mean
 from .graph import COLOR, Graph, Group, Number, Socket, Value
-from .lobe_nodes import AWAY_LOBE, LOBE_PAIR, SIGNED_LOBES, SIGNED_LOBES_UNDER, SINGLE_LOBE, SINGLE_SCATTERING
+from .lobe_nodes import LOBE_PAIR, SIGNED_LOBES, SIGNED_LOBES_UNDER, SINGLE_LOBE, away_lobe, single_scattering
 from .model_nodes import N, Surface, parameters
 
 CHOSEN = NUMBERS[CHOSEN_LIGHTS]
@@ -150,24 +150,25 @@ def cycles_closures(surface: Surface, model: ReflectanceModel, expansion: Expans
         if model.cycles is CyclesClosures.DIFFUSE:
             return graph.diffuse(color, n, roughness)
         if model.cycles is CyclesClosures.SINGLE_SCATTERING:
-            return graph.group(SINGLE_SCATTERING, N=n, Color=color, Roughness=roughness)["BSDF"]
+            return single_scattering(graph, n, color, 1.0, roughness)
         average = surface.terms.average
         return graph.group(EON_CHANNELS, N=n, Color=color, Roughness=roughness, Average=average)["BSDF"]
     z, function, away = weights(CYCLES)
     base = expansion.facing + z
     if away != 0.0:
 
-        def lobes(base: Number, function: Number, away: Number) -> Value:
-            once = graph.group(SINGLE_SCATTERING, N=n, Color=color * (base + K1 * function), Roughness=function / base)["BSDF"]
-            return graph.add_shader(once, graph.group(AWAY_LOBE, Tangent=surface.tangent, Away=color * away)["BSDF"])
+        def lobes(base: Number, function: Number, away: Number, mapped: bool) -> Value:
+            once = single_scattering(graph, n, color, base + K1 * function, function / base)
+            return graph.add_shader(once, away_lobe(graph, surface.tangent, n, color * away, mapped))
 
         share = 1.0 / graph.multiply_add(graph.dot(n, graph.geometry("Normal")), -MAPPED_FADE, 1.0 + MAPPED_FADE)
         rest = 1.0 - share  # of the lobe away from the viewer, see closures.lobe.mapped_share
-        mapped = lobes(base + away * (rest * MAPPED_BASE), function * (1.0 - rest * surface.view.mu * MAPPED_FUJII), away * share)
-        return graph.switch(graph.is_known(graph.input(MAPPED), 0.0), {0: mapped, 1: lobes(base, function, away)})
+        fujii = function * (1.0 - rest * surface.view.mu * MAPPED_FUJII)
+        mapped = lobes(base + away * (rest * MAPPED_BASE), fujii, away * share, True)
+        return graph.switch(graph.is_known(graph.input(MAPPED), 0.0), {0: mapped, 1: lobes(base, function, away, False)})
     # A roughness of 1 and the rest to Lambert: so each channel can have a fraction of its own.
     rough = graph.minimum(function, base)
-    once = graph.group(SINGLE_SCATTERING, N=n, Color=color * rough * (1.0 + K1), Roughness=1.0)["BSDF"]
+    once = single_scattering(graph, n, color, rough * (1.0 + K1), 1.0)
     return graph.add_shader(once, graph.diffuse(color * (base - rough), n))
 
 
