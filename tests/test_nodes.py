@@ -23,6 +23,7 @@ from true_diffuse.addon.models import (
     directional_albedo,
 )
 from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SPECULAR_GROUP, chosen_lights
+from true_diffuse.addon.nodes.rough_diffuse import ROUGH
 from true_diffuse.scenes.elements import uniform_world
 from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
 from true_diffuse.scripts.studies import furnace, hard_inputs, sheet
@@ -91,7 +92,7 @@ def test_engine_switch_reads_the_engine_of_the_scene() -> None:
 
 
 def test_menus_list_all_models_and_qualities() -> None:
-    tree = ROUGH_DIFFUSE.ensure()
+    tree = ROUGH.ensure()
     switches = [node for node in tree.nodes if node.bl_idname == "GeometryNodeMenuSwitch"]
     entries = {tuple(item.name for item in node.enum_items) for node in switches}
     assert entries == {tuple(FORMULAS), ("Balanced", "Fast", "Precise", "Exact for Chosen Lights")}
@@ -110,7 +111,7 @@ def test_menu_of_standard_specular_lists_its_qualities() -> None:
 
 def test_osl_shader_has_the_sockets_of_the_group(tmp_path: Path) -> None:
     tree = ROUGH_DIFFUSE.ensure()
-    script = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeScript")
+    script = next(node for node in ROUGH.ensure().nodes if node.bl_idname == "ShaderNodeScript")
     bytecode = tmp_path / "rough_diffuse.oso"
     bytecode.write_text(script.bytecode)
     render.openimageio()  # the query needs it loaded first
@@ -194,7 +195,7 @@ def test_open_shading_language_is_left_to_the_processor(device: str, expected: f
     scene = sphere.scene
     scene.render.engine, scene.cycles.shading_system, scene.cycles.device = "CYCLES", True, device
     bpy.context.view_layer.update()
-    tree = bpy.data.node_groups[ROUGH_DIFFUSE.name].evaluated_get(bpy.context.evaluated_depsgraph_get())
+    tree = bpy.data.node_groups[".True Diffuse Oren-Nayar"].evaluated_get(bpy.context.evaluated_depsgraph_get())
     (osl,) = (node for node in tree.nodes if node.label == "Uses OSL")
     assert osl.outputs[0].default_value == expected
 

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from functools import partial
 
 from ..closures.lobe import CYCLES_AWAY, GRAZING
-from .graph import Graph, Group, Operand, Socket, Value
+from .graph import Graph, Group, Number, Operand, Socket, Value
 
 BLACK = (0.0, 0.0, 0.0, 1.0)
 WHITE = (1.0, 1.0, 1.0, 1.0)
@@ -93,7 +93,7 @@ def build_signed(graph: Graph, under: bool) -> Value:
     return graph.add_shader(base, graph.emission(graph.maximum(total, 0.0)))
 
 
-def single_scattering(graph: Graph, n: Value, color: Operand, factor: Operand, roughness: Operand) -> Value:
+def single_scattering(graph: Graph, n: Value, color: Value, factor: Number, roughness: Operand) -> Value:
     """Return, in Cycles, Fujii's model of albedo `color` times `factor`, without multiple scattering."""
     base = graph.diffuse(color * (factor * 0.5**DOUBLINGS), n, roughness)
     for _ in range(DOUBLINGS):

@@ -29,8 +29,16 @@ def build_model(graph: Graph, model: ReflectanceModel) -> dict[str, Value]:
     expansion, color = surface.terms.expansion(), surface.view.color
     chosen = for_chosen_lights(surface, model)
     lambert = graph.diffuse(color * expansion.facing, surface.n)
+
+    def or_osl(closure: Value) -> Value:
+        """Return the OSL shader's closure instead of one of Cycles where the scene uses OSL and that is nearer to the model."""
+        is_exact = model.cycles is CyclesClosures.DIFFUSE or not (model.functions or model.parameter)  # Cycles' own, Lambert
+        is_nearer = model.osl is not None and not is_exact
+        return graph.switch(graph.uses_osl(), {0: closure, 1: graph.input(OSL)}) if is_nearer and compiles_osl() else closure
+
     if not expansion.functions:
-        return {"BSDF": graph.switch(graph.equals(graph.input(QUALITY), CHOSEN), {0: lambert, 1: chosen}) if chosen else lambert}
+        every = or_osl(lambert)
+        return {"BSDF": graph.switch(graph.equals(graph.input(QUALITY), CHOSEN), {0: every, 1: chosen}) if chosen else every}
 
     family = model.functions[0].name
 
@@ -48,14 +56,12 @@ def build_model(graph: Graph, model: ReflectanceModel) -> dict[str, Value]:
         return sums
 
     frame = {"N": surface.n, "Tangent": surface.tangent}
-    in_cycles = cycles_closures(surface, model, expansion, weights)
-    if model.osl is not None and model.cycles is not CyclesClosures.DIFFUSE and compiles_osl():
-        in_cycles = graph.switch(graph.uses_osl(), {0: in_cycles, 1: graph.input(OSL)})
+    in_cycles = or_osl(cycles_closures(surface, model, expansion, weights))
     tints = {name: color * weight for name, weight in expansion.functions.items()}
 
-    def tinted(lobe_set: str) -> list[Value]:
+    def tinted(lobe_set: str) -> list[Number]:
         """Return the color of each lobe of a set that `expansion.facing` goes with the first of."""
-        colors = []
+        colors: list[Number] = []
         for index in range(len(next(iter(TABLE[lobe_set][family].weights.values())))):
             total: Number = color * expansion.facing if index == 0 else 0.0
             for name, tint in tints.items():
