@@ -10,7 +10,9 @@ from statistics import median
 
 import bpy
 
+import bmesh
 import gpu
+from mathutils import Matrix
 
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, Engine
@@ -20,6 +22,7 @@ from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, chosen_lights
+from true_diffuse.scenes.elements import add, towards
 from true_diffuse.scenes.five_characters import FiveCharacters
 from true_diffuse.scenes.sphere import SphereUnderSun
 from true_diffuse.scripts.studies.formulations import FORMS, Form
@@ -30,6 +33,8 @@ ROUNDS = 5
 SIGMA = 0.33
 FRAME = 256  # pixels across the sphere
 FRAME_OF_FIVE = (400, 180)
+AREA_LIGHTS = ((-3.0, -3.0, 4.0), (3.0, -2.0, 3.0), (0.0, 3.0, 4.0))  # m, in the textured scene
+SAMPLES_OF_TEXTURED = {EEVEE: 16, CYCLES: 64}
 SAMPLES = {EEVEE: 4, CYCLES: 32}
 SAMPLES_OF_FIVE = {EEVEE: 4, CYCLES: 16}
 
@@ -127,25 +132,36 @@ TIMED_MATERIALS = (
 )
 
 
+type Place = tuple[bpy.types.Scene, list[bpy.types.Object], Callable[[TimedMaterial, bpy.types.Material], float]]
+"""A scene, its lights, and what returns how long a render of it in a material takes [s]."""
+
+
 def steps(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine]) -> list[Step]:
     """Return the step of `forms`, and one for each material and scene: its render time beside that of Blender's Diffuse BSDF.
 
     Both have the same roughness, and take turns. The sphere under its sun, filling the frame and without bounces, is little but the
-    material; the five characters are what an artist renders.
+    material; the five characters, and a textured monkey on a floor under three area lights, are what an artist renders.
     """
     own, node = materials.create_plain("Diffuse BSDF")
     node.inputs["Roughness"].default_value = SIGMA
-    places = {
-        "sphere": (sphere.scene, sphere.sun, partial(_sphere_seconds, sphere)),
-        "five characters": (five.scene, five.key, partial(_five_seconds, five)),
+    own_textured = own.copy()
+    textured = TexturedScene(own_textured)
+    places: dict[str, Place] = {
+        "sphere": (sphere.scene, [sphere.sun], partial(_sphere_seconds, sphere)),
+        "five characters": (five.scene, [five.key], partial(_five_seconds, five)),
+        "textured": (textured.scene, textured.lights, textured.seconds),
     }
 
     def measure(timed: TimedMaterial, where: str) -> Iterator[Record]:
-        scene, sun, seconds_of = places[where]
-        chosen_lights.choose([sun])
+        scene, lights, seconds_of = places[where]
+        chosen_lights.choose(lights)
         scene.cycles.shading_system = timed.osl
         material = materials.create(timed.quality, ROUGH_DIFFUSE, Model=timed.model, Quality=timed.quality, Roughness=SIGMA)
-        seconds = in_turns({each: partial(seconds_of, timed, each) for each in (material, own)}, ROUNDS)
+        other = own
+        if where == "textured":
+            other = own_textured
+            textured.paint(material)
+        seconds = in_turns({each: partial(seconds_of, timed, each) for each in (material, other)}, ROUNDS)
         yield {
             "scene": where,
             "target": "osl" if timed.osl else "nodes",
@@ -154,8 +170,8 @@ def steps(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine]) 
             "model": timed.model,
             "shadows": timed.shadows,
             "render_seconds": median(seconds[material]),
-            "own_seconds": median(seconds[own]),
-            "ratio": median(a / b for a, b in zip(seconds[material], seconds[own], strict=True)),
+            "own_seconds": median(seconds[other]),
+            "ratio": median(a / b for a, b in zip(seconds[material], seconds[other], strict=True)),
         }
 
     return [Step("GLSL  equation (1)", forms)] * (EEVEE in used) + [
@@ -163,6 +179,54 @@ def steps(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine]) 
         for timed, where in product(TIMED_MATERIALS, places)
         if timed.engine in used
     ]
+
+
+class TexturedScene:
+    """A monkey on a floor, both of one material with an image texture, under three area lights."""
+
+    def __init__(self, material: bpy.types.Material) -> None:
+        self.scene = bpy.data.scenes.new("Textured")
+        self.image = bpy.data.images.new("Grid", FRAME, FRAME)
+        self.image.generated_type = "COLOR_GRID"
+        self.paint(material)
+        grid = partial(bmesh.ops.create_grid, x_segments=1, y_segments=1, size=5.0)
+        self.meshes = []
+        for name, make in (("Monkey", bmesh.ops.create_monkey), ("Floor", grid)):
+            shape = bmesh.new()
+            shape.loops.layers.uv.new("UVMap")
+            make(shape, calc_uvs=True)
+            mesh = bpy.data.meshes.new(name)
+            shape.to_mesh(mesh)
+            shape.free()
+            mesh.materials.append(material)
+            self.meshes.append(mesh)
+        monkey = add(self.scene, "Monkey", self.meshes[0])
+        monkey.modifiers.new("Smooth", "SUBSURF").render_levels = 2
+        add(self.scene, "Floor", self.meshes[1], Matrix.Translation((0.0, 0.0, -1.0)))
+        self.lights = []
+        for place in AREA_LIGHTS:
+            light = bpy.data.lights.new("Area", "AREA")
+            light.energy, light.size = 200.0, 1.5
+            self.lights.append(add(self.scene, "Area", light, Matrix.Translation(place) @ towards(place)))
+        self.scene.camera = add(self.scene, "Camera", bpy.data.cameras.new("Camera"))
+        self.scene.camera.matrix_world = Matrix.Translation((0.0, -6.0, 2.5)) @ towards((0.0, -6.0, 2.0))
+        self.scene.render.resolution_x = self.scene.render.resolution_y = FRAME
+
+    def paint(self, material: bpy.types.Material) -> None:
+        """Give the Color of the material's surface the image."""
+        tree = material.node_tree
+        surface = tree.get_output_node("ALL").inputs["Surface"].links[0].from_node
+        texture = tree.nodes.new("ShaderNodeTexImage")
+        texture.image = self.image
+        tree.links.new(texture.outputs["Color"], surface.inputs["Color"])
+
+    def seconds(self, timed: TimedMaterial, material: bpy.types.Material) -> float:
+        """Return how long a render takes [s]."""
+        for mesh in self.meshes:
+            mesh.materials[0] = material
+        self.scene.eevee.use_shadows = timed.shadows
+        engines.use(self.scene, timed.engine, SAMPLES_OF_TEXTURED[timed.engine])
+        return _seconds(partial(render.render, self.scene))
 
 
 def _sphere_seconds(sphere: SphereUnderSun, timed: TimedMaterial, material: bpy.types.Material) -> float:
