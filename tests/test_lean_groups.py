@@ -58,7 +58,7 @@ def closures(scene: bpy.types.Scene) -> list[str]:
             PRINCIPLED,
             {"Metallic": 0.0, "Transmission Weight": 0.0, "Subsurface Weight": 0.0, "Diffuse Roughness": 0.0},
             [*LAMBERT * 2, *["BsdfPrincipled"] * 2],
-            [*LAMBERT, "BsdfPrincipled"],
+            ["BsdfPrincipled"],
         ),
         (engines.CYCLES, PRINCIPLED, {"Model": "Lambert", "Metallic": 0.0}, ["BsdfPrincipled"], ["BsdfPrincipled"]),
     ],

@@ -38,6 +38,7 @@ from true_diffuse.addon.models.registry import ROUGHNESS, Glsl, MaterialX
 from true_diffuse.addon.models.terms import Expansion, Light, Number, SingleLightTerms, Terms, float_view, relative_radiance
 from true_diffuse.addon.models.vector import Vector, from_polar
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
+from true_diffuse.addon.nodes.rough_diffuse import ROUGH
 from true_diffuse.addon.realtime import program
 from true_diffuse.addon.realtime.materials import surface_material
 from true_diffuse.addon.realtime.models import glsl_model
@@ -248,7 +249,7 @@ def clay(**inputs: object) -> bpy.types.Material:
 
 
 def test_new_model_is_in_the_menu_with_its_description(minnaert: ReflectanceModel) -> None:
-    switches = [node for node in ROUGH_DIFFUSE.ensure().nodes if node.bl_idname == "GeometryNodeMenuSwitch"]
+    switches = [node for node in ROUGH.ensure().nodes if node.bl_idname == "GeometryNodeMenuSwitch"]
     entries = next({item.name: item.description for item in node.enum_items} for node in switches if len(node.enum_items) == 9)
     assert list(entries)[-1] == "Minnaert" and entries["Minnaert"] == minnaert.description
     assert bpy.data.node_groups[".True Diffuse Minnaert"].nodes

@@ -15,6 +15,7 @@ from true_diffuse.addon.material import materials, upgrade
 from true_diffuse.addon.material.read import read_surface
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group, chosen_lights
 from true_diffuse.addon.nodes.graph import COLOR, Graph, Socket, Value
+from true_diffuse.addon.nodes.rough_diffuse import ROUGH
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 GLOSS = Socket("Gloss", "NodeSocketFloat", "What only the older version has", 0.5)
@@ -24,7 +25,7 @@ MODEL = Socket("Model", "NodeSocketMenu", "With an entry that the newer version 
 
 def build(graph: Graph) -> dict[str, Value]:
     menu = graph.menu(
-        graph.input(MODEL), "SHADER", [(name, "", graph.diffuse(graph.input(COLOR), graph.normal())) for name in MODELS]
+        graph.input(MODEL), "SHADER", [(name, "", graph.diffuse(graph.input(COLOR), graph.normal()[0])) for name in MODELS]
     )
     return {"BSDF": menu}
 
@@ -103,7 +104,7 @@ def test_osl_of_an_older_version_is_not_used_again() -> None:
     bpy.data.texts.new("rough_diffuse.osl").write("shader rough_diffuse(output closure color BSDF = 0) {}")
     old_material()
     upgrade.upgrade()
-    (node,) = (node for node in ROUGH_DIFFUSE.ensure().nodes if node.type == "SCRIPT")
+    (node,) = (node for node in ROUGH.ensure().nodes if node.type == "SCRIPT")
     assert "Roughness" in node.inputs and len(bpy.data.texts) == 2
 
 
@@ -150,7 +151,7 @@ def test_group_of_the_user_with_our_name_stays_and_ours_comes_beside() -> None:
 
 def test_standard_specular_without_modes_keeps_its_lobe() -> None:
     def build_first(graph: Graph) -> dict[str, Value]:
-        return {"BSDF": graph.diffuse(graph.input(COLOR), graph.normal())}
+        return {"BSDF": graph.diffuse(graph.input(COLOR), graph.normal()[0])}
 
     inputs = tuple(socket for socket in SPECULAR_GROUP.inputs if socket.name != "Quality")
     first = replace(SPECULAR_GROUP, version=1, inputs=inputs, build=build_first)

@@ -310,12 +310,15 @@ def build(graph: Graph) -> dict[str, Value]:
         diffuse = graph.add_shader(above["BSDF"], graph.mix_shader(left["Factor"], None, rough))
         return graph.switch(graph.is_known(other, 0.0), {0: graph.mix_shader(other, diffuse, rest["BSDF"]), 1: diffuse})
 
+    lambert = native({DIFFUSE_ROUGHNESS.name: 0.0})["BSDF"]
+
     def surface(model: ReflectanceModel) -> Value:
         if not model.functions and model.parameter is None:  # Lambert
-            return native({DIFFUSE_ROUGHNESS.name: 0.0})["BSDF"]
+            return lambert
+        rough = layered(model)
         if model.cycles is CyclesClosures.DIFFUSE:
-            return graph.switch(graph.in_eevee(), {0: native({})["BSDF"], 1: layered(model)})
-        return layered(model)
+            rough = graph.switch(graph.in_eevee(), {0: native({})["BSDF"], 1: rough})
+        return graph.switch(graph.is_known(value[DIFFUSE_ROUGHNESS.name], 0.0), {0: rough, 1: lambert}) if model.is_rough else rough
 
     cases = [(model.label, model.description, surface(model)) for model in MODELS.values()]
     return {"BSDF": graph.menu(graph.input(MODEL), "SHADER", cases)}

@@ -15,18 +15,17 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import checkout  # noqa: F401 - makes this checkout the package true_diffuse
-from true_diffuse.addon.closures.lobe import away, cycles_bump_shadowing, cycles_lobe
+from true_diffuse.addon.closures.lobe import cycles_bump_shadowing
 from true_diffuse.addon.models import OrenNayar1994, Pitted
 from true_diffuse.addon.models.fujii import SHAPE
 from true_diffuse.addon.models.oren_nayar_1994 import FACETS, INTERREFLECTION
 from true_diffuse.addon.models.pitted import ONCE
-from true_diffuse.addon.models.quadrature import NORMAL
 from true_diffuse.addon.models.terms import relative_radiance
 from true_diffuse.addon.models.vector import Vector, dot, from_polar
 from true_diffuse.scripts.cli.console import Parser, end, script_arguments
 from true_diffuse.scripts.fit.least_squares import dot as dot_product
-from true_diffuse.scripts.fit.least_squares import least_squares, solve
-from true_diffuse.scripts.fit.lobes import ORDER, VIEWS, lights, mapped_views
+from true_diffuse.scripts.fit.least_squares import solve
+from true_diffuse.scripts.fit.lobes import ORDER, VIEWS, lights
 
 KNOTS = 7  # the values of a ramp, at M.L = 1/7, 2/7 ... 1; at 0 it is 0
 FAR, NEAR = math.radians(89.5), math.radians(65.0)  # from N, away from the viewer
@@ -151,37 +150,6 @@ def nonnegative(gram: list[list[float]], right: list[float], signed: Collection[
         used.add(max(unused, key=gains.__getitem__))
 
 
-def fit_mapped() -> list[float]:
-    """Return the numbers of z max(0, -x) where N is not the mesh's normal M, as the shader's `mapped` has them.
-
-    Three for Fujii's function F, and for each ramp around N, 45 degrees away from the viewer, and 90 degrees away but over M, three
-    for M.L and three for (M.L)^2: factors of sin(v), of mu sin(v), and of sin(v) times the component of M along V_t.
-    """
-    rows, wanted, weights = [], [], []
-    for mu, mesh, seen in mapped_views(0.0):
-        sine = math.sqrt(1.0 - mu * mu)
-        shares = (sine, sine * mu, sine * mesh[0])
-        normals = (NORMAL, HALF_AWAY, away(mesh, MAPPED_UP))
-        for l in seen:
-            lambert = cycles_lobe(NORMAL, l, mesh)
-            shadow = lambert / l[2]
-            values = [SHAPE.value(l, mu) * shadow]
-            for m in normals:
-                m_dot_l = max(0.0, dot(m, l))
-                linear = cycles_lobe(m, l, mesh)
-                values += (linear, linear * between_knots(m_dot_l))
-            rows.append([value * share for value in values for share in shares])
-            wanted.append(sine * max(0.0, -l[0]) * lambert)
-            weights.append(1.0 / (lambert + MAPPED_FLOOR) ** 2)
-    return least_squares(rows, wanted, weights, RIDGE)
-
-
-def between_knots(x: float) -> float:
-    """Return what a ramp of the squares of its places has at `x` in (0, 1], over `x`."""
-    low = min(KNOTS - 1, math.floor(KNOTS * x)) / KNOTS
-    return (2.0 * low + 1.0 / KNOTS) - low * (low + 1.0 / KNOTS) / x if x > 0.0 else 0.0
-
-
 def fit_all() -> tuple[dict[str, list[float]], dict[str, list[float]]]:
     """Return the numbers of each ramp by its name in the shader, for mu = 0 and then for mu = 1, and those of z and F."""
     # z max(0, -x), of equation (1), is the same for every view
@@ -204,7 +172,7 @@ def fit_all() -> tuple[dict[str, list[float]], dict[str, list[float]]]:
     def both(rows: list[list[float]]) -> list[float]:
         return [row[i] for i in (0, 1) for row in rows]
 
-    ramps = {"far": away_values[:KNOTS], "near": [0.0] * NEAR_STARTS + away_values[KNOTS:], "mapped": fit_mapped()}
+    ramps = {"far": away_values[:KNOTS], "near": [0.0] * NEAR_STARTS + away_values[KNOTS:]}
     ramps |= {"around": both(once[2 : 2 + KNOTS]), "beside": both(once[2 + KNOTS :])}
     for name, rows in (("dark", dark), ("white", white)):
         ramps |= {f"{name}_around": both(rows[1 : 1 + KNOTS]), f"{name}_towards": both(rows[1 + KNOTS :])}
