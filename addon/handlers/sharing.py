@@ -32,6 +32,8 @@ def share_imported(context: bpy.types.BlendImportContext) -> None:
 @bpy.app.handlers.persistent
 def share_new(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """Make new nodes use the file's own groups."""
+    if not depsgraph.id_type_updated("NODETREE"):  # which is all that most changes cost
+        return
     changed = [update.id.original for update in depsgraph.updates if isinstance(update.id, bpy.types.ShaderNodeTree)]
     groups = [node.node_tree for tree in changed for node in tree.nodes if node.type == "GROUP" and node.node_tree]
     if not any(GROUP_ID in group for group in groups):

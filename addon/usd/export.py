@@ -145,11 +145,21 @@ class Export:
         return files
 
     def _path(self, name: str, export_texture: ExportTexture) -> str:
-        """Write the image of a full name and return its path in the stage; empty where there is no file afterwards."""
+        """Write the image of a full name and return its path in the stage; empty where there is no file afterwards.
+
+        Images of one file name are written in the order of their names, whatever the order in which Blender hands over materials.
+        """
         if name in self.paths:
             return self.paths[name]
         image = next((image for image in bpy.data.images if image.name_full == name), None)
-        self.paths[name] = self._written(image, export_texture) if image else ""
+        if image is None:
+            self.paths[name] = ""
+            return ""
+        earlier = [one for one in bpy.data.images if one.users and one.name_full < name and _file_name(one) == _file_name(image)]
+        for one in sorted(earlier, key=lambda one: one.name_full):
+            if one.name_full not in self.paths:
+                self.paths[one.name_full] = self._written(one, export_texture)
+        self.paths[name] = self._written(image, export_texture)
         return self.paths[name]
 
     def _written(self, image: bpy.types.Image, export_texture: ExportTexture) -> str:
@@ -268,6 +278,11 @@ def _channels(image: bpy.types.Image) -> tuple[bool, bool]:
     red, green, blue = (pixels[index :: image.channels].tobytes() for index in range(3))
     is_opaque = image.channels < 4 or min(pixels[3::4], default=1.0) > OPAQUE
     return is_opaque, red == green == blue
+
+
+def _file_name(image: bpy.types.Image) -> str:
+    """Return the name of an image's file, for which Blender takes the image's own where it has none."""
+    return bpy.path.basename(image.filepath) or image.name
 
 
 def _exists(file: Path) -> bool:
