@@ -22,7 +22,7 @@ ORDER = (
     ("addon/operators",),
     ("addon/ui", "addon/handlers"),
     ("addon",),
-    ("scripts/characters",),
+    ("scripts/characters", "scripts/web"),
     ("scripts/studies",),
     ("scripts/cli",),
     ("scripts/census", "scripts/farm", "scripts/fit"),

@@ -1,0 +1,11 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Web engines as referees: three.js and Babylon.js in a headless Chromium. No bpy.
+
+package.json  the engines and Khronos' validator, in exact versions
+packages.py   fetches them by npm, into a cache outside the checkout
+browser.py    a Chromium that draws in software and is kept from the network. Needs the package playwright
+"""
+
+
+class WebError(Exception):
+    """What a page needs is not here, or a page failed; the message is one line."""
