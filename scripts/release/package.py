@@ -3,6 +3,7 @@
 
 uv run scripts/release/package.py                  writes dist/true_diffuse-VERSION.zip; seconds
 uv run scripts/release/package.py --time           also tells how long Blender takes to enable it; half a minute
+uv run scripts/release/package.py --shaders        also writes dist/true_diffuse_shaders-VERSION.zip for other engines; needs naga
 blender -b --python scripts/release/package.py
 """
 
@@ -22,6 +23,7 @@ import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import BadInput, Parser, Terminal, end, script_arguments
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.cli.startup import run_script
+from true_diffuse.scripts.release import shaders
 
 ROOT = Path(__file__).resolve().parents[2]
 MAX_SIZE = 500_000  # bytes of the package: a second at 4 Mbit/s, whatever targets and textures there are
@@ -41,12 +43,13 @@ def main() -> int:
     parser = Parser(prog="package.py", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=ROOT / "dist", metavar="DIR", help="folder to write (default: dist)")
     parser.add_argument("--time", action="store_true", help="install it in a profile of its own and time how it is enabled")
+    parser.add_argument("--shaders", action="store_true", help="also pack the shaders for other engines, in GLSL, WGSL and HLSL")
     options = parser.parse_args(script_arguments())
-    return run_script("package.py", options.out, partial(package, options.time, options.out))
+    return run_script("package.py", options.out, partial(package, options.time, options.shaders, options.out))
 
 
-def package(timed: bool, out: Path, output: OutputFolder, terminal: Terminal) -> None:
-    """Build the package into `output`, check it, publish it and tell what it holds."""
+def package(timed: bool, with_shaders: bool, out: Path, output: OutputFolder, terminal: Terminal) -> None:
+    """Build the package into `output`, check it, publish it and tell what it holds; `with_shaders` those for other engines, too."""
     path = build(output.folder)
     check(path)
     size = path.stat().st_size
@@ -64,8 +67,11 @@ def package(timed: bool, out: Path, output: OutputFolder, terminal: Terminal) ->
     if timed:
         first, again = enabling(path, terminal)
         terminal.say(f"Enabled in {1000.0 * first:.0f} ms the first time, {1000.0 * again:.0f} ms later (median of {STARTS})")
+    written = [path, shaders.archive(output.folder)] if with_shaders else [path]
+    sizes = {each.name: each.stat().st_size for each in written}
     output.publish()
-    terminal.say(f"Wrote {out / path.name}, {size / 1000.0:.0f} kB")
+    for name, size in sizes.items():
+        terminal.say(f"Wrote {out / name}, {size / 1000.0:.0f} kB")
 
 
 def build(folder: Path) -> Path:
