@@ -8,7 +8,6 @@ formulas: its error is the model's own.
 
 import math
 import random
-from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -21,13 +20,14 @@ from mathutils import Vector as BlenderVector
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, Engine
 from true_diffuse.addon.blender.osl import compiles_osl
 from true_diffuse.addon.closures.quality import BALANCED
-from true_diffuse.addon.measure import render
 from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.models import Lambert, Model
 from true_diffuse.addon.models.vector import Vector, dot, from_polar
-from true_diffuse.scenes.elements import add, add_sun
+from true_diffuse.scenes.elements import towards
+from true_diffuse.scripts.studies import triangles
 from true_diffuse.scripts.studies.rough import EVERY, LAMBERT, PAPER, Configuration, MeasuredModel
 from true_diffuse.scripts.studies.study import Step, Table, percent, pivot, text
+from true_diffuse.scripts.studies.triangles import VIEWER
 
 NORMAL, NORMAL_MAP, BUMP, SMOOTH = "Normal", "Normal Map", "Bump", "Smooth Shading"
 SOURCES = (NORMAL, NORMAL_MAP, BUMP, SMOOTH)
@@ -36,12 +36,10 @@ SIGMAS = (0.33, 1.0)
 PLACES = 48  # pairs of normals for each tilt
 SUNS = tuple((angle, 40.0 * k) for k, angle in enumerate((15.0, 30.0, 45.0, 60.0, 75.0, 90.0, 100.0, 110.0)))
 """Polar angle from the viewer and azimuth in degrees."""
-VIEWER: Vector = (0.0, 0.0, 1.0)
 LOWEST = (
     0.1  # the least cosine of either normal to light and viewer; nearer to a horizon all radiance vanishes, and shares of it vary
 )
 ALBEDO = 0.8
-HALF = 0.45  # of a pixel: how far each triangle reaches
 CONFIGURATIONS = (Configuration(CYCLES, BALANCED), Configuration(CYCLES, BALANCED, osl=True), Configuration(EEVEE, BALANCED))
 
 
@@ -140,55 +138,23 @@ def _radiance(model: Model, place: Place, light: Vector) -> float:
 
 def render_cases(configuration: Configuration, cases: Sequence[Shown], where: Sequence[Place], light: Vector) -> list[list[float]]:
     """Return for each case the radiance at each place, for a sun of irradiance 1 W/m^2 from `light`."""
-    count = len(cases) * len(where)
-    width = math.ceil(math.sqrt(count))
-    height = math.ceil(count / width)
-    mesh = _mesh(cases, where, width)
-    source = bpy.data.scenes.new("Mapped Normals")
-    subject = add(source, "Mapped Normals", mesh)
-    lamp = add_sun(source, "Mapped Normals", light, 1.0)
-    lens = bpy.data.cameras.new("Mapped Normals")
-    lens.type, lens.ortho_scale, lens.clip_end = "ORTHO", max(width, height), 4000.0
-    source.camera = add(source, "Mapped Normals", lens)
-    source.camera.location = (0.5 * width, 0.5 * height, 2000.0)
-    source.render.resolution_x, source.render.resolution_y = width, height
-    source.cycles.shading_system = configuration.osl
-    source.view_layers[0].update()
-    with render.measurement_scene(source, subject, lamp) as scene:
-        rows = render.radiance(scene, configuration.engine, 4 if configuration.engine is EEVEE else 1)[1]
-    bpy.data.scenes.remove(source)
-    pixels = array(
-        "f", [rows[3 * (width * y + x)] for y in reversed(range(height)) for x in range(width)]
-    )  # rows come from the top
-    return [list(pixels[k : k + len(where)]) for k in range(0, count, len(where))]
+    mesh = _mesh(cases, where)
+    rows = triangles.shade(mesh, towards(light).to_euler(), configuration.engine, osl=configuration.osl)
+    bpy.data.meshes.remove(mesh)
+    return [list(rows[3 * k : 3 * (k + len(where)) : 3]) for k in range(0, len(cases) * len(where), len(where))]
 
 
-def _mesh(cases: Sequence[Shown], where: Sequence[Place], width: int) -> bpy.types.Mesh:
-    """Return a triangle for each case and place, around the middle of its pixel, with the case's material."""
-    corners, slots, own, mapped, bump = array("f"), array("i"), array("f"), array("f"), array("f")
-    for index, (case, place) in enumerate((case, place) for case in cases for place in where):
-        face = place.face
-        for x, y in ((-HALF, -HALF), (HALF, -HALF), (0.0, HALF)):
-            corners.extend((index % width + 0.5 + x, index // width + 0.5 + y, -(face[0] * x + face[1] * y) / face[2]))
-        slots.append(index // len(where))
-        own.extend(place.n if case.source == SMOOTH else face)
-        mapped.extend(place.n)
-        # a Bump node turns the normal to face - gradient of its height
-        bump.extend(f - n / dot(face, place.n) for f, n in zip(face, place.n, strict=True))
-    count = len(slots)
-    mesh = bpy.data.meshes.new("Mapped Normals")
-    mesh.vertices.add(3 * count)
-    mesh.vertices.foreach_set("co", corners)
-    mesh.loops.add(3 * count)
-    mesh.loops.foreach_set("vertex_index", range(3 * count))
-    mesh.polygons.add(count)
-    mesh.polygons.foreach_set("loop_start", range(0, 3 * count, 3))
-    mesh.polygons.foreach_set("material_index", slots)
+def _mesh(cases: Sequence[Shown], where: Sequence[Place]) -> bpy.types.Mesh:
+    """Return a triangle for each case and place, with the case's material."""
+    every = [(case, place) for case in cases for place in where]
+    mesh = triangles.triangles([place.face for _, place in every], [slot for slot in range(len(cases)) for _ in where])
     mesh.shade_smooth()
-    mesh.update(calc_edges=True)
-    mesh.normals_split_custom_set([own[3 * k : 3 * k + 3] for k in range(count) for _ in range(3)])  # to some 1e-4
-    for name, vectors in (("mapped", mapped), ("slope", bump)):
-        mesh.attributes.new(name, "FLOAT_VECTOR", "FACE").data.foreach_set("vector", vectors)
+    normals = [place.n if case.source == SMOOTH else place.face for case, place in every]
+    mesh.normals_split_custom_set([n for n in normals for _ in range(3)])  # to some 1e-4
+    triangles.set_attribute(mesh, "mapped", [x for _, place in every for x in place.n], is_vector=True)
+    # a Bump node turns the normal to face - gradient of its height
+    slopes = (f - n / dot(place.face, place.n) for _, place in every for f, n in zip(place.face, place.n, strict=True))
+    triangles.set_attribute(mesh, "slope", list(slopes), is_vector=True)
     for case in cases:
         mesh.materials.append(_material(case))
     return mesh

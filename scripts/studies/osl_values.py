@@ -14,26 +14,24 @@ import bpy
 
 from mathutils import Vector as BlenderVector
 
-from true_diffuse.addon.blender import engines
+from true_diffuse.addon.blender.engines import CYCLES
 from true_diffuse.addon.blender.osl import compile_osl
 from true_diffuse.addon.closures.lobe_error import VIEWS
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.materials import Setting
-from true_diffuse.addon.measure import render
 from true_diffuse.addon.models import MODELS, Model
 from true_diffuse.addon.models.quadrature import gauss_legendre
 from true_diffuse.addon.models.registry import Osl
 from true_diffuse.addon.models.vector import Vector, add, dot, from_polar, normalize, scale
 from true_diffuse.scenes.elements import add as add_object
+from true_diffuse.scripts.studies import triangles
 from true_diffuse.scripts.studies.float32_accuracy import Arguments, single_vector
+from true_diffuse.scripts.studies.triangles import VIEWER
 
 EXACT = (Osl.EXACT, Osl.EXACT_TOWARDS_VIEWER)
-VIEWER: Vector = (0.0, 0.0, 1.0)
 # Where N has a cosine below STEEP to light or viewer, the mesh faces both halfway: Cycles lights no surface from behind.
 STEEP = 0.02
 LOBE_SUNS, LOBE_AZIMUTHS = 24, 96  # for `lobe_errors`: about 2000 lights for each view
-SMALLEST = 4  # pixels, the least that Blender renders
-HALF = 0.45  # of a pixel: how far each triangle reaches
 
 
 def drawn() -> list[str]:
@@ -133,64 +131,22 @@ def _material(correction: bool) -> bpy.types.Material:
 
 def _render(sun: Sun, inputs: Sequence[Inputs], pair: Sequence[bpy.types.Material]) -> array[float]:
     """Return the pixels of all inputs under one sun, one after the other; the second material is for a mesh that is not as N."""
-    width = max(SMALLEST, math.ceil(math.sqrt(len(inputs))))
-    height = max(SMALLEST, math.ceil(len(inputs) / width))
-    mesh = _mesh([*inputs, *[inputs[-1]] * (width * height - len(inputs))], width)
-    for material in pair if any(one.turns for one in inputs) else pair[:1]:  # each takes Cycles as long as the picture
-        mesh.materials.append(material)
-    source = bpy.data.scenes.new("OSL Measurement")
-    subject = add_object(source, "OSL Measurement", mesh)
-    light = bpy.data.lights.new("OSL Measurement", "SUN")
-    light.energy = 1.0
-    lamp = add_object(source, "OSL Measurement", light)
-    lamp.rotation_euler = sun.rotation
-    lens = bpy.data.cameras.new("OSL Measurement")
-    lens.type, lens.ortho_scale, lens.clip_end = "ORTHO", max(width, height), 4000.0
-    source.camera = add_object(source, "OSL Measurement", lens)
-    source.camera.location = (0.5 * width, 0.5 * height, 2000.0)
-    source.render.resolution_x, source.render.resolution_y = width, height
-    source.cycles.shading_system = True
-    source.view_layers[0].update()
-    try:
-        with render.measurement_scene(source, subject, lamp) as scene:
-            rows = render.radiance(scene, engines.CYCLES, 1)[1]
-    finally:
-        for data, group in ((source, "scenes"), (mesh, "meshes"), (light, "lights"), (lens, "cameras")):
-            getattr(bpy.data, group).remove(data)
-    # rows come from the top
-    return array("f", [value for row in reversed(range(height)) for value in rows[3 * width * row : 3 * width * (row + 1)]])
-
-
-def _mesh(inputs: Sequence[Inputs], width: int) -> bpy.types.Mesh:
-    """Return a triangle for each input around the middle of its pixel, tilted to its normal, with the parameters as attributes."""
-    places, turned = array("f"), array("i")
-    for index, one in enumerate(inputs):
-        n, is_turned = one.surface()
-        turned.append(is_turned)
-        for x, y in ((-HALF, -HALF), (HALF, -HALF), (0.0, HALF)):
-            places.extend((index % width + 0.5 + x, index // width + 0.5 + y, -(n[0] * x + n[1] * y) / n[2]))
-    count = len(inputs)
-    mesh = bpy.data.meshes.new("OSL Measurement")
-    mesh.vertices.add(3 * count)
-    mesh.vertices.foreach_set("co", places)
-    mesh.loops.add(3 * count)
-    mesh.loops.foreach_set("vertex_index", range(3 * count))
-    mesh.polygons.add(count)
-    mesh.polygons.foreach_set("loop_start", range(0, 3 * count, 3))
-    mesh.polygons.foreach_set("material_index", turned)
-    mesh.shade_flat()  # Cycles rounds the normals of smooth shading to 1e-5
-    mesh.update(calc_edges=True)
-    numbers = {
+    surfaces = [one.surface() for one in inputs]
+    mesh = triangles.triangles([n for n, _ in surfaces], [int(is_turned) for _, is_turned in surfaces])
+    for name, values in {
         "Model": [float(MODELS[one.model].number) for one in inputs],
         "Roughness": [one.roughness for one in inputs],
         "IOR": [one.ior for one in inputs],
-    }
-    vectors = {"Color": [x for one in inputs for x in (one.albedo,) * 3], "Normal": [x for one in inputs for x in one.normal]}
-    for name, values in numbers.items():
-        mesh.attributes.new(f"osl_{name}", "FLOAT", "FACE").data.foreach_set("value", array("f", values))
-    for name, values in vectors.items():
-        mesh.attributes.new(f"osl_{name}", "FLOAT_VECTOR", "FACE").data.foreach_set("vector", array("f", values))
-    return mesh
+    }.items():
+        triangles.set_attribute(mesh, f"osl_{name}", values, is_vector=False)
+    triangles.set_attribute(mesh, "osl_Color", [x for one in inputs for x in (one.albedo,) * 3], is_vector=True)
+    triangles.set_attribute(mesh, "osl_Normal", [x for one in inputs for x in one.normal], is_vector=True)
+    for material in pair if any(one.turns for one in inputs) else pair[:1]:  # each takes Cycles as long as the picture
+        mesh.materials.append(material)
+    try:
+        return triangles.shade(mesh, sun.rotation, CYCLES, osl=True)
+    finally:
+        bpy.data.meshes.remove(mesh)
 
 
 @dataclass(frozen=True)
