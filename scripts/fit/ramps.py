@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fits the ramps of shaders/rough_diffuse.osl to the models, by least squares over all lights and views.
 
-None may be negative but those for a Normal that is not the mesh's.
+No ramp is negative anywhere.
 
 uv run scripts/fit/ramps.py
 """
@@ -32,9 +32,6 @@ FAR, NEAR = math.radians(89.5), math.radians(65.0)  # from N, away from the view
 NEAR_STARTS = 3  # the near ramp's first values that stay 0: so it is 0 wherever s >= 0
 BESIDE = math.radians(80.0)  # from N, square to the viewer
 TOWARDS = 0.75  # of the viewer's angle from N
-HALF_AWAY: Vector = (-math.sqrt(0.5), 0.0, math.sqrt(0.5))
-MAPPED_UP = 0.01  # the slope at which the ramp away from the viewer rises over the mesh
-MAPPED_FLOOR = 0.05  # to the error's weight, 1 / Lambert's radiance: nothing counts without end near a horizon
 RIDGE = 1e-6  # keeps numbers small that the light hardly tells apart
 SLIGHT = 1e-9  # a gain that is none
 
