@@ -50,7 +50,7 @@ def figure(mirrored: bool = False) -> dict[str, Part]:
     for name, ellipsoids in ELLIPSOIDS.items():
         parts[name] = Part()
         for center, radii, segments in ellipsoids:
-            parts[name].add(_ellipsoid(center, radii, segments, mirrored))
+            parts[name].add(ellipsoid(center, radii, segments, mirrored))
     return parts
 
 
@@ -59,7 +59,8 @@ def colors(part: Part, color: Callable[[float, float], Vector]) -> list[Vector]:
     return [tuple(round(value, DIGITS) for value in color(*uv)) for uv in part.front_uvs]
 
 
-def _ellipsoid(center: Vector, radii: Vector, segments: tuple[int, int], mirrored: bool) -> Part:
+def ellipsoid(center: Vector, radii: Vector, segments: tuple[int, int], mirrored: bool = False) -> Part:
+    """Return the mesh of an ellipsoid, of so many `segments` around and from pole to pole."""
     around, along = segments
     part = Part()
     for row in range(along + 1):

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""three.js and Babylon.js draw what a glTF file says, held against the formulas in every pixel."""
+
+import math
+from array import array
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from true_diffuse.addon.measure import error
+from true_diffuse.addon.models import Eon, Lambert
+from true_diffuse.scripts.characters.small.characters import material, texture
+from true_diffuse.scripts.characters.small.figure import ellipsoid, figure
+from true_diffuse.scripts.characters.small.gltf import Primitive, glb
+from true_diffuse.scripts.characters.small.picture import png
+from true_diffuse.scripts.studies import web
+from true_diffuse.scripts.web import engines
+from true_diffuse.scripts.web.browser import Browser
+
+pytestmark = pytest.mark.web
+
+COLOR = (0.8, 0.5, 0.2)
+SEGMENTS = 128, 64
+SPHERE = engines.Camera(64, (0.0, -8.0, 0.0), (0.0, 0.0, 0.0), 2.0 * math.degrees(math.atan(18.0 / 125.0)), 1.0, 20.0)
+FIGURE = engines.Camera(96, (1.5, -6.0, 1.2), (0.0, 0.0, 0.9), 18.0, 1.0, 20.0)
+NO_SPECULAR = {"KHR_materials_specular": {"specularFactor": 0.0}}
+# Of RMS errors. Both engines take EON's albedo from the polynomial of its paper, within 0.1 %. Babylon.js has no
+# color below 0.1 in it; no channel of COLOR is.
+GOALS = {engines.THREE: 0.002, engines.BABYLON: 0.01}
+THREE_SUNS = (
+    engines.Sun((0.6, -0.64, 0.48), (3.0, 2.9, 2.7)),
+    engines.Sun((-0.8, -0.6, 0.0), (0.3, 0.5, 0.9)),
+    engines.Sun((0.28, 0.96, 0.0), (6.0, 4.0, 2.0)),
+)
+
+
+def sun(degrees: float, irradiance: float = math.pi) -> engines.Sun:
+    """A sun so far to the right of the viewer of SPHERE."""
+    angle = math.radians(degrees)
+    return engines.Sun((math.sin(angle), -math.cos(angle), 0.0), (irradiance,) * 3)
+
+
+def rough(factor: float | None) -> dict:
+    """The extensions of a material without a specular layer; without the extension for None."""
+    return NO_SPECULAR | ({} if factor is None else {"KHR_materials_diffuse_roughness": {"diffuseRoughnessFactor": factor}})
+
+
+def sphere(color: tuple[float, ...], factor: float | None) -> bytes:
+    """A unit sphere in a file of its own."""
+    skin = material("Skin", base={"baseColorFactor": [*color, 1.0], "metallicFactor": 0.0}, extensions=rough(factor))
+    return glb("Sphere", [Primitive(ellipsoid((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), SEGMENTS), skin)], {})
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("files")
+
+
+@pytest.fixture(scope="module", params=engines.PAGES)
+def engine(request, browser: Browser, folder: Path) -> Iterator[engines.Engine]:
+    request.getfixturevalue("node_modules")
+    with ExitStack() as stack:
+        yield stack.enter_context(engines.engine(request.param, browser, folder))
+
+
+def load(engine: engines.Engine, folder: Path, content: bytes, camera: engines.Camera) -> None:
+    (folder / "file.glb").write_bytes(content)
+    engine.load(folder / "file.glb", camera)
+
+
+def rms(engine: engines.Engine, model: Eon | Lambert, camera: engines.Camera, suns: tuple[engines.Sun, ...]) -> float:
+    """The RMS error of what is loaded against a formula, by the engine's own geometry and base color."""
+    expected, lambert = web.analytic(web.surface(engine), [model, Lambert()], camera.eye, suns)
+    rendered, _ = engine.draw(engines.RADIANCE, suns)
+    assert len(expected.pixels) > 100
+    return error.errors(rendered, expected, lambert).rms
+
+
+def test_geometry_is_that_of_the_sphere(engine: engines.Engine, folder: Path) -> None:
+    load(engine, folder, sphere(COLOR, None), SPHERE)
+    found = web.surface(engine)
+    half = math.tan(math.radians(SPHERE.degrees / 2.0))
+    shown = 0
+    for pixel, is_shown in enumerate(found.measurable):
+        x, z = (((pixel % SPHERE.size) + 0.5) / 32.0 - 1.0) * half, (1.0 - (pixel // SPHERE.size + 0.5) / 32.0) * half
+        # The ray (0, -8, 0) + t (x, 1, z) meets the unit sphere where a t^2 - 16 t + 63 = 0
+        a = x * x + 1.0 + z * z
+        root = 64.0 - 63.0 * a
+        if root < a / 16.0:  # by the rim, where facets move what is seen: N.V is below 1 / 4
+            continue
+        t = (8.0 - math.sqrt(root)) / a
+        point = (t * x, t - 8.0, t * z)
+        shown += 1
+        assert is_shown
+        # A facet lies below the sphere by up to 1 - cos(pi / 128) cos(pi / 128) = 6e-4, and its corners are on a grid of 1 / 16
+        # pixel (the least SUBPIXEL_BITS of WebGL), so off by up to 1 / 32 pixel = 1e-3: along the ray by up to 4 times the sum
+        assert tuple(found.position[3 * pixel : 3 * pixel + 3]) == pytest.approx(point, abs=6.4e-3)
+        assert tuple(found.normal[3 * pixel : 3 * pixel + 3]) == pytest.approx(point, abs=6.4e-3)
+        assert tuple(found.albedo[3 * pixel : 3 * pixel + 3]) == pytest.approx(COLOR, abs=1e-6)
+    assert shown > 2000
+
+
+@pytest.mark.parametrize("factor", [None, 0.0])
+def test_light_is_in_our_units(engine: engines.Engine, folder: Path, factor: float | None) -> None:
+    load(engine, folder, sphere(COLOR, factor), SPHERE)
+    # In 32-bit floats; nothing is clipped: the radiance is up to 0.8 * 60 / pi = 15
+    assert rms(engine, Lambert(), SPHERE, (sun(30.0, 60.0),)) < 1e-5
+
+
+@pytest.mark.parametrize("factor", [0.2, 0.33, 1.0])
+def test_eon_of_a_file_of_others_is_exact(engine: engines.Engine, folder: Path, factor: float) -> None:
+    load(engine, folder, sphere(COLOR, factor), SPHERE)
+    for degrees in (0.0, 60.0, 120.0):
+        assert rms(engine, Eon(factor), SPHERE, (sun(degrees),)) < GOALS[engine.name]
+    # A Lambert would be as far off
+    assert rms(engine, Lambert(), SPHERE, (sun(0.0),)) > 10.0 * GOALS[engine.name] * factor
+
+
+def test_character_with_textures_is_exact_under_three_lights(engine: engines.Engine, folder: Path) -> None:
+    def cloth(u: float, v: float) -> tuple[float, ...]:
+        return (0.9 - 0.5 * u, 0.3 + 0.4 * v, 0.6 if int(4 * u) % 2 else 0.2)
+
+    suit = material(
+        "Suit",
+        base={"baseColorTexture": texture("cloth"), "baseColorFactor": [1.0, 0.9, 0.8, 1.0], "metallicFactor": 0.0},
+        extensions=rough(0.6),
+    )
+    head = material("Head", base={"baseColorFactor": [*COLOR, 1.0], "metallicFactor": 0.0}, extensions=rough(0.6))
+    parts = [Primitive(part, head if name == "head" else suit) for name, part in figure().items()]
+    load(engine, folder, glb("Character", parts, {"cloth": png(32, cloth)}), FIGURE)
+    assert rms(engine, Eon(0.6), FIGURE, THREE_SUNS) < GOALS[engine.name]
+    together, _ = engine.draw(engines.RADIANCE, THREE_SUNS)
+    alone = [engine.draw(engines.RADIANCE, [one])[0] for one in THREE_SUNS]
+    total = array("f", map(sum, zip(*alone, strict=True)))
+    assert max(map(abs, map(float.__sub__, together, total))) < 1e-5
