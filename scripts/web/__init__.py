@@ -5,6 +5,7 @@ package.json  the engines and Khronos' validator, in exact versions
 packages.py   fetches them by npm, into a cache outside the checkout
 browser.py    a Chromium that draws in software and is kept from the network. Needs the package playwright
 engines.py    glTF files drawn by both engines into linear floats: three.html, three.js, babylon.html, babylon.js, pixels.js
+validator.py  Khronos' validator, run by node: validate.cjs
 """
 
 

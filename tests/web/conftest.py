@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A browser and the packages for the pages in it; tests are skipped, with the reason, where they cannot be had."""
+"""A browser and packages for its pages, without which tests are skipped with the reason; Blender's exporter with our extension."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
+import bpy
+
 import pytest
 
+from true_diffuse.addon.blender import properties, report
 from true_diffuse.scripts.web import WebError, packages
 from true_diffuse.scripts.web import browser as browsers
 
@@ -27,3 +30,16 @@ def node_modules() -> Path:
         return packages.node_modules()
     except WebError as error:
         pytest.skip(str(error))
+
+
+@pytest.fixture
+def exporter() -> Iterator[None]:
+    """A file with nothing in it, and the extension among the add-ons that Blender's glTF exporter asks."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    addon = bpy.context.preferences.addons.new()
+    addon.module = "true_diffuse"
+    properties.register()
+    yield
+    report.take()
+    properties.unregister()
+    bpy.context.preferences.addons.remove(addon)
