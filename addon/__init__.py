@@ -8,7 +8,9 @@ if TYPE_CHECKING:
 
     import bpy
 
-    from io_scene_gltf2.io.com.gltf2_io import Material
+    from io_scene_gltf2.blender.exp.material.encode_image import ExportImage
+    from io_scene_gltf2.io.com.gltf2_io import Gltf, Image, Material
+    from io_scene_gltf2.io.imp.gltf2_io_gltf import glTFImporter
 
 
 class glTF2ExportUserExtension:
@@ -24,6 +26,44 @@ class glTF2ExportUserExtension:
 
     def gather_material_hook(self, gltf_material: "Material", material: "bpy.types.Material", settings: dict) -> None:
         self._export.gather_material(gltf_material, material, settings)
+
+    def gather_image_hook(self, image: "Image", export_image: "ExportImage", _sockets: object, settings: dict) -> None:
+        self._export.extras.add_image(image, export_image, settings)
+
+    def gather_gltf_hook(self, _scene: int, _scenes: object, _animations: object, settings: dict) -> None:
+        self._export.write_extras(settings)
+
+    def gather_gltf_extensions_hook(self, document: "Gltf", _settings: dict) -> None:
+        self._export.extras.write_values(document)
+
+
+class glTF2ImportUserExtension:
+    """The hook of Blender's glTF importer, which looks for this name in the modules of add-ons and makes one for each import."""
+
+    def __init__(self) -> None:
+        from io_scene_gltf2.io.com.gltf2_io_extensions import Extension
+
+        from .gltf.extras import DIFFUSE_ROUGHNESS
+        from .gltf.importer import Import
+
+        self._import = Import()
+        self.extensions = [Extension(DIFFUSE_ROUGHNESS, {}, required=True)]  # the importer refuses what it does not know
+
+    def gather_import_gltf_before_hook(self, _gltf: "glTFImporter") -> None:
+        self._import.begin()
+
+    def gather_import_material_before_hook(
+        self, gltf_material: "Material", _vertex_color: str | None, _gltf: "glTFImporter"
+    ) -> None:
+        self._import.take_extras(gltf_material)
+
+    def gather_import_material_after_hook(
+        self, gltf_material: "Material", vertex_color: str | None, material: "bpy.types.Material", gltf: "glTFImporter"
+    ) -> None:
+        self._import.add(gltf, gltf_material, vertex_color, material)
+
+    def gather_import_scene_after_animation_hook(self, _gltf_scene: object, _scene: object, gltf: "glTFImporter") -> None:
+        self._import.finish(gltf)
 
 
 def _modules() -> tuple["ModuleType", ...]:

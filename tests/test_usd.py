@@ -529,14 +529,14 @@ def test_import_of_damaged_custom_data(changes: dict[str, str], messages: list[s
 
 
 def test_material_keeps_blenders_nodes_where_ours_cannot_be_built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def rebuild(tree: bpy.types.NodeTree, *_: object) -> list[str]:
-        tree.nodes.clear()
+    def rebuild(material: bpy.types.Material, *_: object) -> list[str]:
+        material.node_tree.nodes.clear()
         raise ValueError("half built")
 
     show(rough("EON"))
     export(tmp_path / "one.usda")
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    monkeypatch.setattr("true_diffuse.addon.usd.restore.rebuild_nodes", rebuild)
+    monkeypatch.setattr("true_diffuse.addon.usd.restore.restore", rebuild)
     bpy.ops.wm.usd_import(filepath=str(tmp_path / "one.usda"))
     output = bpy.data.materials[0].node_tree.get_output_node("ALL")
     assert output.inputs["Surface"].links[0].from_node.bl_idname == "ShaderNodeBsdfPrincipled"

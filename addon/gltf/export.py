@@ -17,6 +17,7 @@ from ..material.links import Place
 from ..material.surface import Loss
 from . import animation, base_color, closures, inputs, losses
 from .exporter import read_stand_ins
+from .extras import Extras
 from .stand_in import Replaced, StandIn, StandIns, holds_ours
 
 if TYPE_CHECKING:
@@ -30,11 +31,12 @@ class Export:
 
     def __init__(self) -> None:
         self._stand_ins = StandIns()
+        self.extras = Extras()
 
     def begin(self) -> None:
         """Get ready for the export that is about to run."""
         try:
-            read_stand_ins(self._stand_ins, self._make)
+            read_stand_ins(self._stand_ins, self._make, self.extras.add_mesh)
         except FAILURES as error:
             report.add("glTF", f"True Diffuse materials are left as Blender has them: {error}")
 
@@ -52,6 +54,7 @@ class Export:
         stand_in = self._stand_ins.of(material)
         if stand_in is None:
             return
+        self.extras.add_material(gltf_material, material)
         found = list(stand_in.losses)
         with _guarded(material):
             written, replaced = _written(stand_in)
@@ -62,6 +65,14 @@ class Export:
             found += losses.of_animation(material.original, moving)
         for loss in dict.fromkeys(found):
             report.add(material.name, str(loss))
+
+    def write_extras(self, settings: dict) -> None:
+        """Write what an import makes our materials again of, when all materials and meshes are gathered."""
+        try:
+            for name, message in self.extras.write(settings):
+                report.add(name, message)
+        except FAILURES as error:
+            report.add("glTF", f"an import will not make True Diffuse materials again: {error or type(error).__name__}")
 
 
 @contextmanager

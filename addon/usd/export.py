@@ -20,6 +20,7 @@ from ..material.links import Place, is_used
 from ..material.read import Reading, shown
 from ..material.read_closures import TARGETS
 from ..material.read_nodes import NodeReader, UnsupportedInput
+from ..material.restore import kept
 from ..material.surface import Loss
 from ..nodes import GROUPS
 from ..nodes.graph import key_and_version
@@ -33,7 +34,6 @@ type ExportTexture = Callable[[bpy.types.Image], str]
 
 KEYS = {group.key for group in GROUPS}
 OCCLUSION_GROUPS = ("glTF Material Output", "glTF Settings")  # of Blender's glTF importer
-MATERIAL_SETTINGS = ("surface_render_method", "use_backface_culling", "use_transparency_overlap", "displacement_method")
 OPAQUE = 0.999
 
 
@@ -119,8 +119,7 @@ class Export:
             said = {loss.parameter for loss in losses if loss.parameter}
             losses += [loss for loss in (*simpler.losses, *lacking) if not loss.parameter or loss.parameter not in said]
         self.requests[path] = author.write(usd_material, simple, made)
-        nodes = node_record.record(material.node_tree)
-        nodes["material"] = {name: getattr(material, name) for name in MATERIAL_SETTINGS}
+        nodes = kept(material)
         images = {name: self._path(name, export_texture) for name in node_record.image_names(nodes)}
         author.write_nodes(usd_material, reading.surface, nodes, {name: path for name, path in images.items() if path})
         self.messages[path] = material.name, [*map(str, dict.fromkeys(losses)), *reading.notes]

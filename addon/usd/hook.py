@@ -103,14 +103,10 @@ def import_material(
     import_texture: Callable[[str], tuple[str, bool]], material: bpy.types.Material, usd_material: "UsdShade.Material"
 ) -> bool:
     """Rebuild one of our materials. Where that raises, the material has the nodes again that Blender gave it."""
-    from ..material import node_record
+    from ..material.restore import undone_on_failure
     from .restore import rebuild
 
-    before = node_record.record(material.node_tree)
-    try:
+    with undone_on_failure(material):
         for message in rebuild(material, usd_material, import_texture):
             report.add(material.name, message)
-    except Exception:
-        node_record.rebuild(material.node_tree, before, bpy.data.images.get)
-        raise
     return True
