@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes Blender's glTF exporter read stand-ins where it reads our materials, for the time of one export.
 
-The exporter has hooks for what it has gathered, but none for the nodes that it gathers from. So for one export three of its functions
-are replaced: `save`, which then makes the stand-ins, and removes them however the export ends; the constructor through which
-the nodes of every material are reached; and the method that gives a mesh's attributes their names in the file. Names, custom properties and culling are still read from the material itself, and hooks of
-other add-ons get it. Nothing that the user made is changed at any time, so there is nothing to restore after an error or an
-interrupt. Stand-ins are data-blocks of the open file while the export runs; making and removing them neither marks the file as
-changed nor makes an undo step.
+The exporter has hooks for what it has gathered, but none for the nodes that it gathers from. So for one export three of its
+functions are replaced: `save`, which then makes the stand-ins, and removes them however the export ends; the constructor through
+which the nodes of every material are reached; and the method that gives a mesh's attributes their names in the file. Names, custom
+properties and culling are still read from the material itself, and hooks of other add-ons get it. Nothing that the user made is
+changed at any time, so there is nothing to restore after an error or an interrupt. Stand-ins are data-blocks of the open file while
+the export runs; making and removing them neither marks the file as changed nor makes an undo step.
 """
 
 from collections.abc import Callable, Generator
@@ -26,7 +26,8 @@ ORIGINAL = "_true_diffuse_original"  # names the exporter's own function on the 
 def read_stand_ins(stand_ins: StandIns, make: Callable[[dict], None], note_mesh: Callable[["PrimitiveCreator"], None]) -> None:
     """Make the export that is about to run read `stand_ins`; `make` makes them, once the frame is set, by the exporter's settings.
 
-    `note_mesh` gets what extracts each mesh, when its attributes have their names in the file. Raises AttributeError or ImportError where the exporter is built in another way.
+    `note_mesh` gets what extracts each mesh, when its attributes have their names in the file. Raises AttributeError or ImportError
+    where the exporter is built in another way.
     """
     from io_scene_gltf2.blender.exp import export
     from io_scene_gltf2.blender.exp.material import materials

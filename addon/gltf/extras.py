@@ -11,9 +11,9 @@
 """
 
 import json
-import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -169,7 +169,7 @@ def _written(image: bpy.types.Image, settings: dict) -> "Image | None":
     kind = image.file_format if settings["gltf_image_format"] == "AUTO" else settings["gltf_image_format"]
     if kind not in ("JPEG", "WEBP") or (kind == "JPEG" and image.depth > 24):  # an alpha
         kind = "PNG"
-    mime_type, name = f"image/{kind.lower()}", os.path.splitext(image.name)[0]
+    mime_type, name = f"image/{kind.lower()}", image.name.removesuffix(Path(image.name).suffix)
     data, _ = ExportImage.from_blender_image(image).encode(mime_type, settings)
     if not data:
         return None
@@ -217,7 +217,7 @@ def _trees(nodes: node_record.Record) -> Iterator[node_record.Record]:
 def core_values(document: "Gltf", material: "Material") -> dict[str, Value]:
     """Return what a glTF material has for programs that do not know us, with the names of images instead of textures."""
 
-    def image(info: Any) -> str | None:
+    def image(info: object) -> str | None:
         index = info.get("index") if isinstance(info, dict) else getattr(info, "index", None)
         texture = document.textures[index] if index is not None else None
         if texture is None:

@@ -6,8 +6,8 @@ The importer makes its own nodes first, and animates them. They are replaced whe
 """
 
 import math
-import os
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -92,8 +92,8 @@ class Import:
             image = _image(gltf, entry) if entry else None
             if image is None:
                 return None
-            path = bpy.path.abspath(image.filepath)
-            if not image.packed_file and not os.path.isfile(path):
+            path = Path(bpy.path.abspath(image.filepath))
+            if not image.packed_file and not path.is_file():
                 problems.append(f"the image file {path} is missing")
             return with_settings(image, settings, problems, is_shared=image.session_uid in self._images_before)
 

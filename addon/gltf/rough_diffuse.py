@@ -6,7 +6,7 @@ in [0, 1], 0 by default, times the red channel of a texture.
 """
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import bpy
 
@@ -69,7 +69,7 @@ def convert(
         found[0].inputs["Model"].default_value = MODELS["eon"].label
 
 
-def _texture(gltf: "glTFImporter", info: Any) -> "TextureInfo | None":
+def _texture(gltf: "glTFImporter", info: object) -> "TextureInfo | None":
     """Return what the extension says of its texture, None where that names none of the file."""
     from io_scene_gltf2.io.com.gltf2_io import TextureInfo
 

@@ -13,7 +13,7 @@ import bpy
 from . import node_record
 
 type Load = Callable[[str, Mapping[str, Any], list[str]], bpy.types.Image | None]
-"""Returns the image of a full name with the settings that a record has for it, None where it is missing; adds problems to the list."""
+"""Returns the image of a full name with the settings that a record has for it, None where it is missing; adds to problems."""
 
 RENDER_METHOD = "surface_render_method"
 SETTINGS = (RENDER_METHOD, "use_backface_culling", "use_transparency_overlap", "displacement_method")
