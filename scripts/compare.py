@@ -12,7 +12,7 @@ import math
 import sys
 from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,10 +29,12 @@ if TYPE_CHECKING:
     from true_diffuse.addon.blender.engines import Engine
     from true_diffuse.addon.measure.record import Record
     from true_diffuse.addon.probe.tolerance import Choice
-    from true_diffuse.scripts.studies.comparison.base import Collected, JobSpec, Renderer
+    from true_diffuse.scripts.studies.comparison import five
+    from true_diffuse.scripts.studies.comparison.base import Collected, JobSpec, Renderer, WorkItem
 
 OPTION_NAMES = {"characters": "character", "sigmas": "sigma", "full_figure": "full-figure"}  # where they are not the attributes'
 INCLUDED = ("human", "monkey")
+LARGE_PAGE = 3_000_000  # bytes
 REPORT, OUT = Path("report/report.json"), Path("comparison")
 
 type Table = tuple[str, Sequence[str], Sequence[Sequence[str]]]  # title, columns and rows
@@ -98,6 +100,8 @@ def parse(arguments: list[str]) -> Namespace:
     add("--plaster", action="store_const", const=True, help=text)
     add("--out", type=Path, metavar="DIR", help=f"folder to write (default: {OUT}; with --job the job's own)")
     add("--save-blend", action="store_true", help="also write SCENE.blend, the scene to open in Blender")
+    text = "five: also write viewer.html, the characters to turn and to light in a browser, in one file; of frames the first"
+    add("--web", action="store_const", const=True, help=text)
     text = "five, face: render nothing, but write a job bundle of Open Job Description that does"
     add("--job", type=Path, metavar="DIR", help=text)
     add("--chunk", type=inputs.number(int, 1, inputs.MOST_FRAMES), metavar="N", help="with --job: frames of one task (default: 8)")
@@ -110,6 +114,8 @@ def parse(arguments: list[str]) -> Namespace:
         parser.error("--error picks the samples: leave out --samples")
     if options.job and (options.error is not None or options.save_blend):
         parser.error("--job has no option --error and no --save-blend")
+    if options.job and options.web:
+        parser.error("--job has no --web: leave out one of them")
     if options.chunk and not options.job:
         parser.error("--chunk is of --job")
     if options.save_blend and len(options.characters or ()) > 1:
@@ -203,7 +209,12 @@ def compare_five(options: Namespace, chosen: list["Engine"], output: OutputFolde
     from true_diffuse.scripts.studies.comparison.five import Renderer
 
     choices = _pick(options, chosen, terminal)
-    collected = _render(Renderer, chosen, choices, options, output, terminal)
+
+    def write_viewer(renderer: Renderer, item: "WorkItem") -> None:
+        if options.web and item.frame == renderer.spec.frames[0]:
+            _write_viewer(renderer, item, output, terminal)
+
+    collected = _render(Renderer, chosen, choices, options, output, terminal, write_viewer)
     reached = _reached(options, choices, collected.records, terminal)
     tables: list[Table] = [("Error against the analytic model, key light alone", *five.table(collected.records))]
     if held := collected.realtime_from_cycles:
@@ -245,8 +256,12 @@ def _render(
     options: Namespace,
     output: OutputFolder,
     terminal: Terminal,
+    then: "Callable[[Any, WorkItem], None]" = lambda _renderer, _item: None,
 ) -> "Collected":
-    """Render what the options ask for by a renderer `of` the scene; return what it comes to, pictures in `output`."""
+    """Render what the options ask for by a renderer `of` the scene; return what it comes to, pictures in `output`.
+
+    `then` is given the renderer, and the first item of each chunk, once that is done.
+    """
     from true_diffuse.scripts.studies import pictures
     from true_diffuse.scripts.studies.comparison.base import Collected
     from true_diffuse.scripts.studies.comparison.outcomes import Outcomes
@@ -258,12 +273,27 @@ def _render(
             outcomes = Outcomes()
             renderer.do(chunk, outcomes, progress)
             renderer.collect(chunk, outcomes, output.folder, collected)
+            then(renderer, chunk[0])
     renderer.finish()
     for note in collected.notes:
         terminal.say(f"{note['character']}: {note['text']}")
     if options.save_blend and renderer.scene:
         pictures.save_blend(renderer.scene, output.folder / f"{options.scene}.blend")
     return collected
+
+
+def _write_viewer(renderer: "five.Renderer", item: "WorkItem", output: OutputFolder, terminal: Terminal) -> None:
+    """Stage the page of a character, as it is at an item's frame; say what is not in it, and its size where that is large."""
+    from true_diffuse.scripts.viewer import page
+
+    renderer.show(item.frame)
+    name = f"{renderer.spec.prefix(replace(item, frame=None))}viewer.html"
+    text, notes = page.html(renderer.stage, item.character, renderer.spec.albedo)
+    for note in notes:
+        terminal.say(f"{name}: {note}")
+    output.write_text(name, text)
+    if len(text) > LARGE_PAGE:
+        terminal.say(f"{name} has {len(text) / 1e6:.1f} MB")
 
 
 def _pick(options: Namespace, chosen: list["Engine"], terminal: Terminal) -> dict[str, "Choice"]:
@@ -321,6 +351,7 @@ SCENES = {
             "albedo": 0.8,
             "full_figure": False,
             "plaster": False,
+            "web": False,
             "error": None,
             "job": None,
         },

@@ -25,7 +25,7 @@ ORDER = (
     ("scripts/characters", "scripts/web"),
     ("scripts/studies",),
     ("scripts/cli",),
-    ("scripts/census", "scripts/farm", "scripts/fit"),
+    ("scripts/census", "scripts/farm", "scripts/fit", "scripts/viewer"),
     ("scripts/release",),
     ("scripts",),
     ("tests",),

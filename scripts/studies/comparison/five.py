@@ -130,6 +130,11 @@ class Renderer(base.Renderer[JobSpec]):
         chosen_lights.choose([self._five.key])
         self._five.scene.cycles.shading_system = configuration.osl
 
+    @property
+    def stage(self) -> five_characters.FiveCharacters:
+        """The characters of the scene, as they were shown last."""
+        return self._five
+
     def captions(self) -> pictures.Captions:
         return five.captions(self._five)
 

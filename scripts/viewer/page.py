@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The page of one character: everything in one file, which asks for no other."""
+
+import json
+from array import array
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from mathutils import Matrix
+
+from true_diffuse.addon.blender import glsl
+from true_diffuse.addon.models import Lambert, OrenNayar, Specular
+from true_diffuse.addon.models.color import LUMINANCE
+from true_diffuse.scenes.five_characters import (
+    BACKDROP_ALBEDO,
+    FILL_RADIANCE,
+    KEY_DIRECTION,
+    KEY_IRRADIANCE,
+    YAW,
+    Character,
+    CharacterLook,
+    FiveCharacters,
+)
+from true_diffuse.scenes.subject import ALBEDO_ATTRIBUTE
+from true_diffuse.scripts.studies import pictures
+from true_diffuse.scripts.viewer.geometry import Piece, pack
+
+HERE = Path(__file__).parent
+VERSION = "#version 300 es\nprecision highp float;\nprecision highp int;\n"
+AXES = Matrix(((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))  # x right, y up, z to the viewer, of Blender's
+PIVOT = 0.25  # of what is shown, from the top down: the chin of a bust
+MODELS = (Specular, Lambert, OrenNayar)  # in the order of surface_fragment.glsl
+
+
+def html(stage: FiveCharacters, name: str, albedo: float) -> tuple[str, list[str]]:
+    """Return the page of the characters of `stage`, by the name of whom they show, and lines on what it lacks.
+
+    `albedo` is that of plaster's lightest paint.
+    """
+    place = (AXES @ Matrix.Rotation(YAW, 3, "Z")).to_4x4()
+    pieces, notes = [plaster(stage.characters[0], albedo)], []
+    pieces = [Piece(each.mesh, place @ each.matrix, each.colors, each.uv, each.image) for each in pieces]
+    data = {
+        "looks": [_look(character.look) for character in stage.characters],
+        "light": list(AXES @ KEY_DIRECTION.normalized()),
+        "irradiance": KEY_IRRADIANCE,
+        "sky": FILL_RADIANCE,
+        "background": BACKDROP_ALBEDO,
+        "frame": _frame(stage),
+        "scale": {
+            "colors": pictures.DIVERGING,
+            "knee": pictures.SCALE_KNEE,
+            "marks": [[mark, pictures.scale_place(mark)] for mark in pictures.SCALE_MARKS],
+            "not_measured": pictures.NOT_MEASURED,
+            "luminance": LUMINANCE,
+        },
+        "shaders": {name: [_shader(f"{name}_vertex"), _shader(f"{name}_fragment")] for name in ("surface", "shadow")},
+        "mesh": pack(pieces),
+    }
+    page = Template(_text("page.html")).substitute(
+        title=escape(f"The paper's characters: {name}"),
+        style=_text("page.css"),
+        script=_text("viewer.js"),
+        data=json.dumps(data, allow_nan=False).replace("<", "\\u003c"),  # which could end the element
+    )
+    return page, notes
+
+
+def plaster(character: Character, albedo: float) -> Piece:
+    """Return the mesh of a character of plaster, in its paint times `albedo`."""
+    mesh = character.subject.data
+    paint = array("f", bytes(16 * len(mesh.vertices)))
+    mesh.attributes[ALBEDO_ATTRIBUTE].data.foreach_get("color", paint)
+    corners = array("i", bytes(4 * len(mesh.loops)))
+    mesh.loops.foreach_get("vertex_index", corners)
+    return Piece(mesh, Matrix(), [albedo * value for k in corners for value in paint[4 * k : 4 * k + 3]])
+
+
+def _look(look: CharacterLook) -> dict[str, Any]:
+    model = look.model
+    values = {"sigma": model.sigma} if isinstance(model, OrenNayar) else {}
+    if isinstance(model, Specular):
+        values = {"highlight": [model.specular, model.exponent]}
+    return {"label": look.label, "model": MODELS.index(type(model)), **values}
+
+
+def _frame(stage: FiveCharacters) -> dict[str, float]:
+    """Return what one character's view shows at least, up to `top`, what it is turned around, and how far its camera is, [m]."""
+    settings, camera = stage.scene.render, stage.scene.camera
+    _, y, z = camera.location
+    width = -y * camera.data.sensor_width / camera.data.lens
+    height = width * settings.resolution_y / settings.resolution_x
+    top = z + camera.data.shift_y * width + height / 2.0
+    return {"width": width / len(stage.characters), "height": height, "top": top, "pivot": top - PIVOT * height, "far": -y}
+
+
+def _shader(name: str) -> str:
+    models = glsl.source("blinn_phong", "lambert", "oren_nayar", "directional_albedo") if name == "surface_fragment" else ""
+    return VERSION + models + _text(f"{name}.glsl")
+
+
+def _text(name: str) -> str:
+    return (HERE / name).read_text(encoding="utf-8")

@@ -1,0 +1,5 @@
+// The depth alone is kept.
+
+void main()
+{
+}
