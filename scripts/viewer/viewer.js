@@ -247,14 +247,17 @@ class Scene {
 const [x, y, z] = data.light;
 const initial = {
   yaw: 0, pitch: 0, zoom: 1, shift: [0, 0], show: "picture", shadows: true, sky: true,
-  azimuth: Math.round(degrees(Math.atan2(x, z))), elevation: Math.round(degrees(Math.asin(y))), sigma: data.looks.at(-1).sigma,
+  azimuth: degrees(Math.atan2(x, z)), elevation: degrees(Math.asin(y)), sigma: data.looks.at(-1).sigma,
 };
 const state = { ...initial };
 const looks = () => [...data.looks.slice(0, -1), { ...data.looks.at(-1), sigma: state.sigma }];
 const label = (look) => look.label.replace(/=.*/, `= ${Number((look.sigma ?? 0).toFixed(4))}`);
 const percent = (x) => (Number.isNaN(x) ? "\u2013" : `${(100 * x).toFixed(x < 0.1 ? 2 : 1)} %`);
 const marked = (x) => (x === 0 ? "0" : `${x < 0 ? "\u2212" : "+"}${Math.abs(100 * x)} %`);
-const aside = (x, before, after) => (x === 0 ? "0\u00b0" : `${Math.abs(x)}\u00b0 ${x < 0 ? before : after}`);
+const aside = (x, before, after) => {
+  const whole = Math.round(Math.abs(x));
+  return whole ? `${whole}\u00b0 ${x < 0 ? before : after}` : "0\u00b0";
+};
 const NAMES = { lambert: "Lambert" };
 
 const views = data.looks.map((look) => {
@@ -351,6 +354,7 @@ function measure(scene) {
   looks().forEach((look, k) => {
     views[k].querySelector("output").value = scene.hasFloats ? percent(scene.error(look, state, width, height)) : "not measured here";
   });
+  stage.ariaBusy = "false";
 }
 
 function listen(changed) {
@@ -443,6 +447,7 @@ async function start() {
     arrange();
     draw(gl, scene);
     clearTimeout(measuring);
+    stage.ariaBusy = String(state.show !== "picture");
     measuring = setTimeout(() => measure(scene), 60);
   };
   listen(() => (asked ||= requestAnimationFrame(show)));

@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The viewer that compare.py --web writes, in a browser: what it draws, its controls, and the error that it measures."""
+
+import json
+import math
+import re
+from array import array
+from base64 import b64encode
+from collections.abc import Iterator
+from pathlib import Path
+
+import bpy
+
+import pytest
+from mathutils import Matrix, Vector
+from mathutils.bvhtree import BVHTree
+from mathutils.interpolate import poly_3d_calc
+
+from true_diffuse.addon.models import Lambert, Model, OrenNayar, Specular
+from true_diffuse.addon.models import vector
+from true_diffuse.scenes import five_characters
+from true_diffuse.scenes.subject import ALBEDO_ATTRIBUTE
+from true_diffuse.scripts.characters import character
+from true_diffuse.scripts.viewer import page as viewer
+from true_diffuse.scripts.web.browser import Browser, Page
+
+pytestmark = pytest.mark.web
+
+ALBEDO = 0.8
+MODELS = Specular(), Lambert(), OrenNayar(0.0), OrenNayar(0.2), OrenNayar(0.33)
+WIDTH, HEIGHT = 60, 100  # pixels of what is read back
+PIXELS = f"""([look, drawn]) => {{
+  const bytes = new Uint8Array(viewer.pixels(look, drawn, {WIDTH}, {HEIGHT}).buffer)
+  let text = ""
+  for (let k = 0; k < bytes.length; k += 4096) text += String.fromCharCode(...bytes.subarray(k, k + 4096))
+  return btoa(text)
+}}"""
+# The fraction of a picture's pixels that are not as its first one.
+DRAWN = """async text => {
+  const bytes = Uint8Array.from(atob(text), letter => letter.charCodeAt(0))
+  const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }))
+  const canvas = new OffscreenCanvas(image.width, image.height).getContext("2d")
+  canvas.drawImage(image, 0, 0)
+  const colors = new Uint32Array(canvas.getImageData(0, 0, image.width, image.height).data.buffer)
+  return colors.filter(color => color !== colors[0]).length / colors.length
+}"""
+
+
+@pytest.fixture(scope="module")
+def stage() -> five_characters.FiveCharacters:
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    return five_characters.build(character.load("human"), ALBEDO, True, (1280, 480))
+
+
+@pytest.fixture(scope="module")
+def file(stage: five_characters.FiveCharacters, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    text, notes = viewer.html(stage, "human", ALBEDO)
+    assert not notes
+    path = tmp_path_factory.mktemp("viewer") / "viewer.html"
+    path.write_text(text)
+    return path
+
+
+@pytest.fixture
+def page(browser: Browser, file: Path) -> Iterator[Page]:
+    with browser.page({}, (640, 480)) as page:
+        opened(page, file)
+        yield page
+
+
+def opened(page: Page, file: Path) -> None:
+    page.open(file.as_uri())
+    page.itself.wait_for_function("window.viewer !== undefined")
+
+
+def pixels(page: Page, look: int, drawn: str) -> array[float]:
+    return page.floats(PIXELS, [look, drawn])
+
+
+def light(page: Page) -> vector.Vector:
+    """The direction to the light, in the axes of what is read back, by what the sliders say of where it stands around the character."""
+    azimuth, elevation, yaw, pitch = page.call(
+        "() => ['azimuth', 'elevation', 'yaw', 'pitch'].map(name => viewer.state[name] * Math.PI / 180)"
+    )
+    towards = Vector((math.sin(azimuth) * math.cos(elevation), math.sin(elevation), math.cos(azimuth) * math.cos(elevation)))
+    turned = Matrix.Rotation(pitch, 3, "X") @ Matrix.Rotation(yaw, 3, "Y") @ towards
+    return vector.normalize(tuple(turned))
+
+
+def expected(page: Page, look: int, model: Model) -> array[float]:
+    """The radiance of a model for E0 = 1 in all pixels of a look, by its normals, views and albedos; 0 elsewhere."""
+    normal, view, albedo = (pixels(page, look, name) for name in ("normal", "view", "albedo"))
+    l, result = light(page), array("f", bytes(4 * len(normal)))
+    for k in range(0, len(normal), 4):
+        if normal[k + 3]:
+            n, v = (vector.normalize(tuple(each[k : k + 3])) for each in (normal, view))
+            for channel in range(3):
+                result[k + channel] = model.radiance(n, l, v, albedo[k + channel])
+    return result
+
+
+def rms(values: array[float], reference: array[float]) -> float:
+    places = [k for k in range(len(reference)) if k % 4 < 3 and reference[k]]
+    assert len(places) > 1000
+    return math.sqrt(sum((values[k] - reference[k]) ** 2 for k in places) / sum(reference[k] ** 2 for k in places))
+
+
+def test_five_characters_are_seen_by_one_file_alone(browser: Browser, file: Path) -> None:
+    assert file.stat().st_size < 3_000_000
+    with browser.page({}, (640, 480)) as page:
+        asked: list[str] = []
+        page.itself.on("request", lambda request: asked.append(request.url))
+        opened(page, file)
+        assert [url for url in asked if not url.startswith("data:")] == [file.as_uri()]
+        captions = page.itself.locator("figcaption span").all_inner_texts()
+        assert captions == ["Standard specular", "Lambert", *(f"Oren-Nayar σ = {sigma}" for sigma in ("0", "0.2", "0.33"))]
+        for view in page.itself.locator(".view").all():
+            drawn = page.call(DRAWN, b64encode(page.itself.screenshot(clip=view.bounding_box())).decode())
+            assert 0.4 < drawn < 0.9  # a bust before a wall
+
+
+def test_pixels_show_the_mesh_from_the_camera(page: Page, stage: five_characters.FiveCharacters, file: Path) -> None:
+    found = re.search(r'"frame": (\{.*?\})', file.read_text())
+    assert found
+    frame = json.loads(found[1])
+    mesh = stage.characters[0].subject.data
+    tree = BVHTree.FromPolygons([v.co for v in mesh.vertices], [p.vertices for p in mesh.polygons])
+    to_blender = (Matrix.Rotation(math.radians(90.0), 3, "X").transposed() @ Matrix.Rotation(five_characters.YAW, 3, "Z")).inverted()
+    pivot = Vector((0.0, frame["pivot"], 0.0))
+    per_meter = min(WIDTH / frame["width"], HEIGHT / frame["height"])
+    normal, albedo = pixels(page, 1, "normal"), pixels(page, 1, "albedo")
+    paint = mesh.attributes[ALBEDO_ATTRIBUTE].data
+    agree = checked = 0
+    for k in range(0, WIDTH * HEIGHT, 7):
+        if not normal[4 * k + 3]:
+            continue
+        y, x = divmod(k, WIDTH)
+        # the top of the frame is that of the view
+        target = Vector(((x + 0.5 - WIDTH / 2) / per_meter, frame["top"] - (HEIGHT - y - 0.5) / per_meter, 0.0))
+        eye = pivot + Vector((0.0, 0.0, frame["far"]))
+        hit, _, index, _ = tree.ray_cast(to_blender @ eye, to_blender @ (target - eye))
+        if index is None:
+            continue
+        corners, loops = list(mesh.polygons[index].vertices), mesh.polygons[index].loop_indices
+        weights = poly_3d_calc([mesh.vertices[corner].co for corner in corners], hit)
+        smooth = sum((w * mesh.corner_normals[c].vector for c, w in zip(loops, weights, strict=True)), Vector()).normalized()
+        color = sum((w * Vector(paint[c].color[:3]) for c, w in zip(corners, weights, strict=True)), Vector()) * ALBEDO
+        off = (to_blender.transposed() @ smooth - Vector(normal[4 * k : 4 * k + 3])).length
+        checked += 1
+        # normals in 16 bits are within 1e-4; a pixel's quad is shaded as two triangles, whose normals differ from the quad's mean
+        agree += off < 0.03 and (color - Vector(albedo[4 * k : 4 * k + 3])).length < 0.03
+    assert checked > 200 and agree > 0.95 * checked  # the rest are edges
+
+
+@pytest.mark.parametrize(
+    ("settings", "sigma"),
+    [({}, 0.33), ({"sigma": "1"}, 1.0), ({"azimuth": "50", "elevation": "-10"}, 0.33)],
+    ids=["as it opens", "sigma", "light"],
+)
+def test_formulas_are_those_of_the_models(page: Page, settings: dict[str, str], sigma: float) -> None:
+    for name, value in settings.items():
+        page.itself.locator(f"#{name}").fill(value)
+    for look, model in enumerate((*MODELS[:-1], OrenNayar(sigma))):
+        # shaders/README.md: an error of at most 2e-5 of the value; inputs that were read back are rounded as the shader's are
+        assert rms(pixels(page, look, "radiance"), expected(page, look, model)) < 4e-5
+    page.itself.wait_for_function("text => document.querySelector('figure:last-child span').innerText.endsWith(text)", arg=f"= {sigma:g}")
+
+
+def test_error_is_that_of_the_formulas(page: Page) -> None:
+    page.itself.get_by_role("radio", name="Error of Lambert").check(force=True)
+    page.itself.locator("#sigma").fill("0.5")
+    page.itself.wait_for_function("document.querySelector('output').value.includes('0.5') && stage.ariaBusy === 'false'")
+    # measured in the views' own pixels, which are of another size than what is read back here
+    shown = [float(text.removesuffix("%")) / 100.0 for text in page.itself.locator("figcaption output").all_inner_texts()]
+    models = *MODELS[:-1], OrenNayar(0.5)
+    errors = [rms(expected(page, look, Lambert()), expected(page, look, model)) for look, model in enumerate(models)]
+    assert shown == pytest.approx(errors, rel=0.01, abs=5e-5)
