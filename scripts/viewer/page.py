@@ -3,7 +3,6 @@
 
 import json
 from array import array
-from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from string import Template

@@ -16,8 +16,7 @@ from mathutils import Matrix, Vector
 from mathutils.bvhtree import BVHTree
 from mathutils.interpolate import poly_3d_calc
 
-from true_diffuse.addon.models import Lambert, Model, OrenNayar, Specular
-from true_diffuse.addon.models import vector
+from true_diffuse.addon.models import Lambert, Model, OrenNayar, Specular, vector
 from true_diffuse.scenes import five_characters
 from true_diffuse.scenes.subject import ALBEDO_ATTRIBUTE
 from true_diffuse.scripts.characters import character
@@ -163,13 +162,14 @@ def test_formulas_are_those_of_the_models(page: Page, settings: dict[str, str], 
     for look, model in enumerate((*MODELS[:-1], OrenNayar(sigma))):
         # shaders/README.md: an error of at most 2e-5 of the value; inputs that were read back are rounded as the shader's are
         assert rms(pixels(page, look, "radiance"), expected(page, look, model)) < 4e-5
-    page.itself.wait_for_function("text => document.querySelector('figure:last-child span').innerText.endsWith(text)", arg=f"= {sigma:g}")
+    caption = page.itself.locator("figcaption span").last
+    caption.get_by_text(f"= {sigma:g}").wait_for()
 
 
 def test_error_is_that_of_the_formulas(page: Page) -> None:
     page.itself.get_by_role("radio", name="Error of Lambert").check(force=True)
     page.itself.locator("#sigma").fill("0.5")
-    page.itself.wait_for_function("document.querySelector('output').value.includes('0.5') && stage.ariaBusy === 'false'")
+    page.itself.wait_for_function("document.querySelector('[for=sigma]').value.includes('0.5') && stage.ariaBusy === 'false'")
     # measured in the views' own pixels, which are of another size than what is read back here
     shown = [float(text.removesuffix("%")) / 100.0 for text in page.itself.locator("figcaption output").all_inner_texts()]
     models = *MODELS[:-1], OrenNayar(0.5)
