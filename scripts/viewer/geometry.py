@@ -24,7 +24,7 @@ type Corner = tuple[int, ...]  # all that a vertex of the viewer has, quantized:
 
 @dataclass(frozen=True)
 class Piece:
-    """A mesh where `matrix` puts it. `colors` are linear RGB of each corner; of an image, `uv` has the coordinates of each corner."""
+    """A mesh where `matrix` puts it. `colors` are linear RGB of each corner, `uv` the coordinates of each in its image."""
 
     mesh: bpy.types.Mesh
     matrix: Matrix

@@ -349,7 +349,6 @@ function inside(view, place) {
 }
 
 function measure(scene) {
-  if (state.show === "picture") return;
   const [, , width, height] = inside(views[0], stage.getBoundingClientRect()).map(Math.round);
   looks().forEach((look, k) => {
     views[k].querySelector("output").value = scene.hasFloats ? percent(scene.error(look, state, width, height)) : "not measured here";
@@ -448,12 +447,12 @@ async function start() {
     draw(gl, scene);
     clearTimeout(measuring);
     stage.ariaBusy = String(state.show !== "picture");
-    measuring = setTimeout(() => measure(scene), 60);
+    if (state.show !== "picture") measuring = setTimeout(() => measure(scene), 60);
   };
+  /** For tests: the state of the page, and what is drawn of the look `k`, as numbers. */
+  window.viewer = { state, pixels: (k, drawn, width, height) => scene.pixels(looks()[k], state, DRAWN[drawn], width, height) };
   listen(() => (asked ||= requestAnimationFrame(show)));
   show();
-  /** For tests: what is drawn of the look `k`, as numbers, and the state of the page. */
-  window.viewer = { state, pixels: (k, drawn, width, height) => scene.pixels(looks()[k], state, DRAWN[drawn], width, height) };
 }
 
 start().catch((error) => {

@@ -69,7 +69,13 @@ def page(browser: Browser, file: Path) -> Iterator[Page]:
 
 def opened(page: Page, file: Path) -> None:
     page.open(file.as_uri())
-    page.itself.wait_for_function("window.viewer !== undefined")
+    settled(page)
+
+
+def settled(page: Page) -> None:
+    """Wait until what is asked for is drawn and measured."""
+    page.call("() => new Promise(requestAnimationFrame).then(() => new Promise(requestAnimationFrame))")
+    page.itself.locator("#stage[aria-busy=false]").wait_for()
 
 
 def pixels(page: Page, look: int, drawn: str) -> array[float]:
@@ -77,10 +83,9 @@ def pixels(page: Page, look: int, drawn: str) -> array[float]:
 
 
 def light(page: Page) -> vector.Vector:
-    """The direction to the light, in the axes of what is read back, by what the sliders say of where it stands around the character."""
-    azimuth, elevation, yaw, pitch = page.call(
-        "() => ['azimuth', 'elevation', 'yaw', 'pitch'].map(name => viewer.state[name] * Math.PI / 180)"
-    )
+    """The direction to the light in the axes of what is read back, by the sliders, which say where it stands around a character."""
+    names = ["azimuth", "elevation", "yaw", "pitch"]
+    azimuth, elevation, yaw, pitch = map(math.radians, page.call("names => names.map(name => viewer.state[name])", names))
     towards = Vector((math.sin(azimuth) * math.cos(elevation), math.sin(elevation), math.cos(azimuth) * math.cos(elevation)))
     turned = Matrix.Rotation(pitch, 3, "X") @ Matrix.Rotation(yaw, 3, "Y") @ towards
     return vector.normalize(tuple(turned))
@@ -124,7 +129,7 @@ def test_pixels_show_the_mesh_from_the_camera(page: Page, stage: five_characters
     frame = json.loads(found[1])
     mesh = stage.characters[0].subject.data
     tree = BVHTree.FromPolygons([v.co for v in mesh.vertices], [p.vertices for p in mesh.polygons])
-    to_blender = (Matrix.Rotation(math.radians(90.0), 3, "X").transposed() @ Matrix.Rotation(five_characters.YAW, 3, "Z")).inverted()
+    to_blender = Matrix.Rotation(-five_characters.YAW, 3, "Z") @ Matrix.Rotation(math.radians(90.0), 3, "X")
     pivot = Vector((0.0, frame["pivot"], 0.0))
     per_meter = min(WIDTH / frame["width"], HEIGHT / frame["height"])
     normal, albedo = pixels(page, 1, "normal"), pixels(page, 1, "albedo")
@@ -169,7 +174,7 @@ def test_formulas_are_those_of_the_models(page: Page, settings: dict[str, str], 
 def test_error_is_that_of_the_formulas(page: Page) -> None:
     page.itself.get_by_role("radio", name="Error of Lambert").check(force=True)
     page.itself.locator("#sigma").fill("0.5")
-    page.itself.wait_for_function("document.querySelector('[for=sigma]').value.includes('0.5') && stage.ariaBusy === 'false'")
+    settled(page)
     # measured in the views' own pixels, which are of another size than what is read back here
     shown = [float(text.removesuffix("%")) / 100.0 for text in page.itself.locator("figcaption output").all_inner_texts()]
     models = *MODELS[:-1], OrenNayar(0.5)
