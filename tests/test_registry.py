@@ -34,7 +34,7 @@ from true_diffuse.addon.models import (
 from true_diffuse.addon.models.geometry import Geometry, clamp
 from true_diffuse.addon.models.protocol import Formula
 from true_diffuse.addon.models.quadrature import NORMAL, gauss_legendre, integrate
-from true_diffuse.addon.models.registry import ROUGHNESS, Glsl, MaterialX
+from true_diffuse.addon.models.registry import ROUGHNESS, SMOOTH, Glsl, MaterialX
 from true_diffuse.addon.models.terms import Expansion, Light, Number, SingleLightTerms, Terms, float_view, relative_radiance
 from true_diffuse.addon.models.vector import Vector, from_polar
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
@@ -237,6 +237,7 @@ def minnaert(tmp_path: Path) -> Iterator[ReflectanceModel]:
         parameter=ROUGHNESS,
         glsl=Glsl(albedo_stem="", folder=tmp_path),
         materialx=MaterialX("lambert", roughness=0.0),
+        eon=SMOOTH,
     )
     register(model)
     yield model

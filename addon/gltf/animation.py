@@ -3,6 +3,8 @@
 
 import bpy
 
+from ..material.revert import taken_as_is
+from ..material.upgrade import current_name
 from .stand_in import Replaced
 
 PATHS = "current_paths"  # in the exporter's settings: what in glTF each path in the material animates
@@ -12,18 +14,19 @@ REFERENCES = ("additional_path", "strength_channel", "factor_channel")  # of an 
 def use_own_paths(settings: dict, material: bpy.types.Material, replaced: Replaced, without: set[str]) -> set[str]:
     """Turn paths to a stand-in's nodes into those to the nodes of `material`; returns the inputs of ours that are animated.
 
-    Paths that only the stand-in has, and those of the inputs `without`, are left out.
+    Paths that only the stand-in has, and those of its inputs `without`, are left out.
     """
     own: dict[str, str | None] = {}
     written = set()
-    inputs = {socket.name: socket for socket in replaced.node.inputs}
+    inputs, names = {current_name(socket.name): socket for socket in replaced.node.inputs}, taken_as_is(replaced.node)
     for socket in replaced.principled.inputs:
         path = _path(socket)
         own[path] = None
-        if socket.name in inputs and socket.name not in without and not replaced.groups:
-            own[path] = _path(inputs[socket.name])
+        given = inputs.get(names.get(socket.name, ""))
+        if given and socket.name not in without and not replaced.groups:
+            own[path] = _path(given)
             if path in settings[PATHS]:
-                written.add(socket.name)
+                written.add(given.name)
 
     def in_material(path: str | None) -> str | None:
         if path is None or path in own:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Our materials in Blender's own File > Export > glTF: what it writes for a Principled BSDF, with what differs put right.
 
-glTF has Lambert and one GGX lobe, as UsdPreviewSurface does, so it gets the same: the model's average albedo as base color, and the
-coat as the lobe. Without a coat KHR_materials_specular switches the lobe off.
+glTF has EON, by KHR_materials_diffuse_roughness, and one GGX lobe: the EON that comes nearest to the model, of its average albedo, and
+the coat as the lobe. Without a coat KHR_materials_specular switches the lobe off.
 """
 
 from collections.abc import Generator, Iterator
@@ -15,7 +15,8 @@ from ..blender import report
 from ..material.bake import bake_input
 from ..material.links import Place
 from ..material.surface import Loss
-from . import animation, base_color, closures, inputs, losses
+from . import animation, base_color, closures, diffuse_roughness, inputs, losses
+from .diffuse import Diffuse
 from .exporter import read_stand_ins
 from .extras import Extras
 from .stand_in import Replaced, StandIn, StandIns, holds_ours
@@ -112,6 +113,7 @@ def _arrange(stand_in: StandIn, material: bpy.types.Material, bakes: bool) -> No
     meshes = [mesh for mesh in bpy.data.meshes if material in mesh.materials[:]]
     if replaced:
         stand_in.losses += inputs.arrange(Place(replaced.principled.outputs[0], replaced.groups), meshes, bake if bakes else None)
+        stand_in.losses += diffuse_roughness.arrange(replaced, bake if bakes else None)
     stand_in.losses += inputs.arrange_emission(losses.emissions(surface))
 
 
@@ -119,7 +121,9 @@ def _adjust(gltf_material: "Material", material: bpy.types.Material, replaced: R
     """Put right what the exporter has gathered; yields what glTF cannot hold."""
     base = gltf_material.pbr_metallic_roughness
     before = base.base_color_factor
-    yield from base_color.adjust(base, replaced)
+    diffuse = Diffuse(replaced)
+    yield from base_color.adjust(base, replaced, diffuse)
+    yield from diffuse_roughness.write(gltf_material, material, replaced, diffuse, settings)
     extensions = gltf_material.extensions
     if "KHR_materials_specular" in extensions and "KHR_materials_ior" in extensions and extensions["KHR_materials_ior"].extension:
         # else the exporter drops the index of refraction, as KHR_materials_specular says nothing

@@ -28,6 +28,7 @@ NUMBERS = {
     "Coat Weight",
     "Coat Roughness",
     "Sheen Roughness",
+    "Diffuse Roughness",  # by diffuse_roughness.py
 }
 NORMALS = {"Normal", "Coat Normal"}
 CONSTANTS = {"IOR", "Emission Strength", "Sheen Weight"}
@@ -107,7 +108,7 @@ def arrange(principled: Place, meshes: Sequence[bpy.types.Mesh], bake: Bake | No
             if bake and name not in CONSTANTS:
                 try:
                     baked = _below_clip(place) if name == "Alpha" else place
-                    _link_image(baked, bake(baked, name in COLORS))
+                    link_image(baked, bake(baked, name in COLORS))
                     continue
                 except CannotBake as reason:
                     why_not = f" and not baked, as {reason}"
@@ -138,7 +139,7 @@ def _arrange_merged(principled: Place, names: tuple[str, str], rendered: set[str
     if bake:
         try:
             for place, name in zip(places, names, strict=True):
-                _link_image(place, bake(place, name in COLORS))
+                link_image(place, bake(place, name in COLORS))
         except CannotBake:
             pass
         else:
@@ -176,12 +177,12 @@ def _check_attributes(place: Place, meshes: Sequence[bpy.types.Mesh]) -> None:
 def is_white(place: Place) -> bool:
     """Return whether a color's input is white."""
     try:
-        return _product(place, True) == Product(constants=1)
+        return product_of(place, True) == Product(constants=1)
     except NotHeld:
         return False
 
 
-def _link_image(place: Place, image: bpy.types.Image) -> None:
+def link_image(place: Place, image: bpy.types.Image) -> None:
     """Link a new image node to an input, through a Normal Map node to one of a normal."""
     tree = place.node.id_data
     node = tree.nodes.new("ShaderNodeTexImage")
@@ -221,7 +222,7 @@ def _arrange(place: Place, name: str) -> None:
     if name == "Alpha":
         place = _below_clip(place)
     is_color = name in COLORS
-    product = _product(place, is_color)
+    product = product_of(place, is_color)
     if name in CONSTANTS and product.images:
         raise NotHeld(product.images[0], "an image")
     if product.attributes and name not in ATTRIBUTES:
@@ -241,7 +242,7 @@ def _arrange(place: Place, name: str) -> None:
         _link(place, product)
 
 
-def _product(place: Place, is_color: bool) -> Product:
+def product_of(place: Place, is_color: bool) -> Product:
     """Return what feeds an input, of a color or a number, as a product. Raises NotHeld where it is none."""
     origin = source(place)
     socket, node = origin.socket, origin.node
@@ -260,31 +261,31 @@ def _product(place: Place, is_color: bool) -> Product:
         case "ShaderNodeAttribute" if node.attribute_type == "GEOMETRY" and socket.name in ("Color", "Vector", "Alpha"):
             return Product(attributes=[origin])
         case "ShaderNodeSeparateColor" if node.mode == "RGB" and not is_color:
-            inner = _product(origin.input(0), True)
+            inner = product_of(origin.input(0), True)
             if inner.images and not inner.attributes and not inner.constants:
                 return Product(images=[origin])
         case "ShaderNodeMix" if node.data_type == "RGBA" and node.blend_type == "MULTIPLY" and not node.clamp_result:
             return _mixed(origin, is_color)
         case "ShaderNodeMath" if node.operation == "MULTIPLY" and not node.use_clamp:
-            found = _product(origin.input(0), False) * _product(origin.input(1), False)
+            found = product_of(origin.input(0), False) * product_of(origin.input(1), False)
             if not is_color or not (found.images or found.attributes):  # else a gray is made of colors
                 return found * Product(is_arranged=not is_color)
         case "ShaderNodeMath" if node.operation == "DIVIDE" and not node.use_clamp and not is_color:
-            divisor = _product(origin.input(1), False)
+            divisor = product_of(origin.input(1), False)
             if not divisor.images and not divisor.attributes and divisor.factor[0]:
                 inverse = 1.0 / divisor.factor[0]
-                return _product(origin.input(0), False) * Product((inverse, inverse, inverse), is_arranged=False)
+                return product_of(origin.input(0), False) * Product((inverse, inverse, inverse), is_arranged=False)
         case "ShaderNodeVectorMath" if node.operation in ("MULTIPLY", "SCALE"):
-            second = _product(origin.input("Scale" if node.operation == "SCALE" else 1), node.operation == "MULTIPLY")
-            return _product(origin.input(0), True) * second * Product(is_arranged=False)
+            second = product_of(origin.input("Scale" if node.operation == "SCALE" else 1), node.operation == "MULTIPLY")
+            return product_of(origin.input(0), True) * second * Product(is_arranged=False)
     raise NotHeld(origin, f"the node {node.bl_label}")
 
 
 def _mixed(mix: Place, is_color: bool) -> Product:
     """Return the product of a Mix node that multiplies colors, by a constant factor below 1 with a constant color."""
     factor, first, second = (Place(mix.node.inputs[index], mix.groups) for index in (0, 6, 7))
-    weight = _product(factor, False)
-    a, b = _product(first, True), _product(second, True)
+    weight = product_of(factor, False)
+    a, b = product_of(first, True), product_of(second, True)
     if weight.images or weight.attributes:
         raise NotHeld(mix, "a mix by a factor that varies")
     part = min(max(weight.factor[0], 0.0), 1.0) if mix.node.clamp_factor else weight.factor[0]
@@ -384,7 +385,7 @@ def _check_normal(place: Place) -> None:
         raise NotHeld(node, "DirectX's direction of green")
     if node.input("Strength").socket.is_linked:
         raise NotHeld(node, "a linked strength")
-    product = _product(node.input("Color"), True)
+    product = product_of(node.input("Color"), True)
     if len(product.images) != 1 or product.attributes or product.constants:
         raise NotHeld(node, "a normal map that is not an image alone")
     _check_image(product.images[0], is_color=False)

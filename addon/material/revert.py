@@ -140,10 +140,21 @@ def _revert_node(node: bpy.types.Node, meter: float) -> Iterator[str]:
 
 
 def _make_principled(node: bpy.types.Node, meter: float) -> Iterator[str]:
+    yield from _restore(node, _as_principled(node, meter), is_read=False)  # drivers read the material that the copy is of
+
+
+def _as_principled(node: bpy.types.Node, meter: float) -> Original:
     original = original_of(node)
-    if original is None or original.kind != PRINCIPLED_BSDF:
-        original = _nearest(node, meter, True)
-    yield from _restore(node, original, is_read=False)  # drivers read the material that the copy is of
+    return original if original and original.kind == PRINCIPLED_BSDF else _nearest(node, meter, True)
+
+
+def taken_as_is(node: bpy.types.Node) -> dict[str, str]:
+    """Return the names of the inputs of a node of ours, in this version, that `to_principled` gives a Principled BSDF as they are.
+
+    They are by the names of that one's inputs.
+    """
+    original = _as_principled(node, 1.0)
+    return {name: given.socket for name, given in original.inputs.items() if given.socket and given.factor == 1.0}
 
 
 def _inputs(node: bpy.types.Node) -> dict[str, bpy.types.NodeSocket]:

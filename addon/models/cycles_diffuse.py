@@ -11,7 +11,7 @@ from functools import cached_property
 from .eon import Eon, EonTerms
 from .fujii import SHAPE
 from .geometry import Geometry
-from .registry import ROUGHNESS, CyclesClosures, MaterialX, Osl, ReflectanceModel
+from .registry import OWN_ROUGHNESS, ROUGHNESS, CyclesClosures, MaterialX, Osl, ReflectanceModel
 from .terms import Number
 
 
@@ -50,4 +50,5 @@ MODEL = ReflectanceModel(
     osl=Osl.EXACT,
     cycles=CyclesClosures.DIFFUSE,
     materialx=MaterialX("eon"),
+    eon=OWN_ROUGHNESS,
 )

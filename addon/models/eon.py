@@ -13,7 +13,7 @@ from functools import cached_property
 
 from .fujii import K1, K2, SHAPE, Fujii, FujiiTerms, energy_deficit
 from .geometry import Geometry
-from .registry import ROUGHNESS, CyclesClosures, MaterialX, Osl, ReflectanceModel
+from .registry import OWN_ROUGHNESS, ROUGHNESS, CyclesClosures, MaterialX, Osl, ReflectanceModel
 from .terms import FLOATS, Expansion, Light, Number
 
 
@@ -37,10 +37,22 @@ class Eon(Fujii):
         """Return rho <E> / (1 - rho (1 - <E>))."""
         return albedo * self.average / (1.0 - albedo * (1.0 - self.average))
 
+    def color(self, average_albedo: float) -> float:
+        """Return the rho of which `average_albedo`, in [0, 1], is the average albedo; in [0, 1]."""
+        return average_albedo / (self.average + average_albedo * (1.0 - self.average))
+
     @property
     def constants(self) -> tuple[float, ...]:
         """A, r and 1 - <E>."""
         return *super().constants, 1.0 - self.average
+
+
+def diluted(roughness: Number, share: float) -> Number:
+    """Return the roughness of EON for a mix of `share` EON of `roughness` and the rest Lambert, of one average albedo.
+
+    For light reflected once, Fujii's model, the mix is exactly that model again: A r is `share` times as much.
+    """
+    return roughness if share == 1.0 else roughness * share / (1.0 + roughness * (K1 * (1.0 - share)))
 
 
 class EonTerms(FujiiTerms):
@@ -77,4 +89,5 @@ MODEL = ReflectanceModel(
     osl=Osl.EXACT,
     cycles=CyclesClosures.DIFFUSE_PER_CHANNEL,
     materialx=MaterialX("eon"),
+    eon=OWN_ROUGHNESS,
 )

@@ -14,7 +14,7 @@ from functools import cached_property
 
 from .geometry import Geometry, clamp
 from .protocol import Formula
-from .registry import ROUGHNESS, CyclesClosures, MaterialX, Osl, ReflectanceModel
+from .registry import OWN_ROUGHNESS, ROUGHNESS, CyclesClosures, MaterialX, Osl, ReflectanceModel
 from .terms import Arithmetic, Expansion, Light, LightFunction, Number, SingleLightTerms
 from .vector import Vector
 
@@ -115,4 +115,5 @@ MODEL = ReflectanceModel(
     osl=Osl.EXACT,
     cycles=CyclesClosures.SINGLE_SCATTERING,
     materialx=MaterialX("eon"),
+    eon=OWN_ROUGHNESS,
 )

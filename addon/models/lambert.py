@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from .geometry import Geometry
 from .protocol import Formula
-from .registry import CyclesClosures, Glsl, MaterialX, Osl, ReflectanceModel
+from .registry import SMOOTH, CyclesClosures, Glsl, MaterialX, Osl, ReflectanceModel
 from .terms import Expansion, Terms
 
 
@@ -40,4 +40,5 @@ MODEL = ReflectanceModel(
     osl=Osl.EXACT,
     cycles=CyclesClosures.DIFFUSE,
     materialx=MaterialX("lambert", roughness=0.0),
+    eon=SMOOTH,
 )

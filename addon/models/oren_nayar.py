@@ -16,7 +16,7 @@ from functools import cached_property
 from .fujii import K1, K2, energy_deficit
 from .geometry import Geometry, clamp
 from .protocol import Formula
-from .registry import SIGMA, MaterialX, Osl, ReflectanceModel
+from .registry import SIGMA, MaterialX, NearestEon, Osl, ReflectanceModel
 from .terms import Expansion, Light, LightFunction, Number, SingleLightTerms
 from .vector import Vector
 
@@ -115,4 +115,5 @@ MODEL = ReflectanceModel(
     functions=(RAMP,),
     osl=Osl.EXACT_TOWARDS_VIEWER,
     materialx=MaterialX("oren_nayar"),
+    eon=NearestEon((0.0, 4.0768, 12.605), (1.0, 12.999, 18.581), is_even=True),
 )

@@ -18,7 +18,7 @@ from functools import cached_property
 from .geometry import Geometry, azimuth
 from .oren_nayar import OrenNayar, OrenNayarTerms
 from .quadrature import average_albedo
-from .registry import SIGMA, MaterialX, Osl, ReflectanceModel
+from .registry import SIGMA, MaterialX, NearestEon, Osl, ReflectanceModel
 from .terms import SMALLEST_DIVISOR, Expansion, Light, LightFunction, Number, relative_radiance
 from .vector import Vector
 
@@ -135,4 +135,5 @@ MODEL = ReflectanceModel(
     functions=(FACETS, INTERREFLECTION),
     osl=Osl.FITTED,
     materialx=MaterialX("oren_nayar"),
+    eon=NearestEon((0.0, 4.9528, 14.455), (1.0, 12.746, 18.005), is_even=True),
 )

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 from .geometry import Geometry, azimuth
 from .protocol import Formula
-from .registry import MaterialX, Osl, ReflectanceModel
+from .registry import MaterialX, NearestEon, Osl, ReflectanceModel
 from .terms import Expansion, LightFunction, Terms, relative_radiance
 from .vector import Vector
 
@@ -104,4 +104,5 @@ MODEL = ReflectanceModel(
     functions=(ONCE,),
     osl=Osl.FITTED,
     materialx=MaterialX("eon", roughness=1.0),
+    eon=NearestEon((1.0,)),
 )

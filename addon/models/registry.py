@@ -15,7 +15,7 @@ from typing import Any
 
 from .geometry import clamp
 from .protocol import Formula, Model
-from .terms import LightFunction, SingleLightTerms, Terms, View
+from .terms import FLOATS, Arithmetic, LightFunction, Number, SingleLightTerms, Terms, View, polynomial
 
 
 @dataclass(frozen=True)
@@ -81,6 +81,34 @@ class MaterialX:
 
 
 @dataclass(frozen=True)
+class NearestEon:
+    """The EON that comes nearest to a model, for glTF: of the same average albedo, with the roughness above(x) / below(x).
+
+    Both are polynomials, the constant first, in the model's parameter or, where `is_even`, in its square. Their numbers are those
+    of scripts/fit/nearest_eon.py, which says how near it comes.
+    """
+
+    above: tuple[float, ...]
+    below: tuple[float, ...] = (1.0,)
+    is_even: bool = False
+
+    @property
+    def has_own_roughness(self) -> bool:
+        """Whether the roughness is the model's own."""
+        return self == OWN_ROUGHNESS
+
+    def roughness(self, value: Number = 0.0, ops: Arithmetic = FLOATS) -> Number:
+        """Return EON's roughness in [0, 1] for a `value` of the model's parameter, inside its range."""
+        x = value * value if self.is_even else value
+        above, below = (polynomial(ops, each, x) if len(each) > 1 else each[0] for each in (self.above, self.below))
+        return ops.clamp(above / below, 0.0, 1.0)
+
+
+OWN_ROUGHNESS = NearestEon((0.0, 1.0))
+SMOOTH = NearestEon((0.0,))  # Lambert
+
+
+@dataclass(frozen=True)
 class ReflectanceModel:
     """One entry of the menu Model, and all that any target has to know of it."""
 
@@ -96,6 +124,7 @@ class ReflectanceModel:
     terms: type[Terms]
     """The model for node trees: its expansion into lobes and, from SingleLightTerms, its form under one light."""
     materialx: MaterialX
+    eon: NearestEon
     parameter: Parameter | None = None
     functions: tuple[LightFunction, ...] = ()
     """The functions of the light in its expansion, fitted together under the name of the first by scripts/fit/lobes.py."""

@@ -16,7 +16,7 @@ from .fresnel import boundary
 from .geometry import Geometry, clamp
 from .protocol import Formula
 from .quadrature import average_albedo
-from .registry import IOR, MaterialX, Osl, ReflectanceModel
+from .registry import IOR, SMOOTH, MaterialX, Osl, ReflectanceModel
 from .terms import SMALLEST_DIVISOR, Arithmetic, Expansion, Light, Number, SingleLightTerms
 
 ALBEDO_ORDER = 12  # of the quadrature: to 1e-4
@@ -102,4 +102,5 @@ MODEL = ReflectanceModel(
     parameter=IOR,
     osl=Osl.FITTED,
     materialx=MaterialX("lambert", roughness=0.0),
+    eon=SMOOTH,
 )

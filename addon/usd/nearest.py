@@ -64,7 +64,6 @@ class Nearest:
         if not self.stands_in:
             return clamp(rho, 0.0, 1.0)
         albedo = self.albedo(rho)
-        if self.compensated:  # EON's rho <E> / (1 - rho (1 - <E>)) the other way round
-            average = Eon(self.roughness).average
-            return albedo / (average + albedo * (1.0 - average))
+        if self.compensated:
+            return Eon(self.roughness).color(albedo)
         return clamp(albedo / OrenNayar(self.roughness).average_albedo(1.0), 0.0, 1.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Linear least squares."""
+"""Least squares."""
 
 import math
 from collections.abc import Sequence
@@ -36,6 +36,19 @@ def least_squares(
     for i in size:
         gram[i][i] *= 1.0 + ridge
     return solve(gram, [sum(weight * row[i] * value for row, value, weight in pairs) for i in size])
+
+
+def rational_fit(points: Sequence[tuple[float, float]], above: int, below: int) -> tuple[float, ...]:
+    """Return (n_0, n_1, ..., d_1, d_2, ...) of (n_0 + n_1 x + ...) / (1 + d_1 x + ...) with the least relative squares.
+
+    `above` and `below` count them. C. Sanathanan and J. Koerner (1963): linear least squares, weighted by the last denominator.
+    """
+    found = [0.0] * (above + below)
+    for _ in range(20):
+        weights = [(y * (1.0 + sum(found[above + k] * x ** (k + 1) for k in range(below)))) ** -2 for x, y in points]
+        rows = [[x**k for k in range(above)] + [-y * x ** (k + 1) for k in range(below)] for x, y in points]
+        found = least_squares(rows, [y for _, y in points], weights)
+    return tuple(found)
 
 
 def dot(a: Sequence[float], b: Sequence[float]) -> float:

@@ -17,7 +17,7 @@ from true_diffuse.addon.closures.subsurface_fit import BEAM, MU, SKIN_IOR, ratio
 from true_diffuse.addon.models.burley import EDGE_WIDTH_25_75, searchlight_mfp
 from true_diffuse.addon.models.half_space import diffuse_albedo, plane_albedo
 from true_diffuse.scripts.cli.console import Parser, end, script_arguments
-from true_diffuse.scripts.fit.least_squares import least_squares
+from true_diffuse.scripts.fit.least_squares import rational_fit
 from true_diffuse.scripts.studies.random_walk import Exit, exits
 
 COLORS = tuple(k / 40 for k in range(1, 40))
@@ -70,19 +70,6 @@ def width(walks: Iterable[list[Exit]]) -> tuple[float, float]:
         if below >= 0.5 * total:
             return 0.5 * total, 2.0 * place
     return 0.0, 0.0
-
-
-def rational_fit(points: Sequence[tuple[float, float]], above: int, below: int) -> tuple[float, ...]:
-    """Return (n_0, n_1, ..., d_1, d_2, ...) of (n_0 + n_1 x + ...) / (1 + d_1 x + ...) with the least relative squares.
-
-    `above` and `below` count them. C. Sanathanan and J. Koerner (1963): linear least squares, weighted by the last denominator.
-    """
-    found = [0.0] * (above + below)
-    for _ in range(20):
-        weights = [(y * (1.0 + sum(found[above + k] * x ** (k + 1) for k in range(below)))) ** -2 for x, y in points]
-        rows = [[x**k for k in range(above)] + [-y * x ** (k + 1) for k in range(below)] for x, y in points]
-        found = least_squares(rows, [y for _, y in points], weights)
-    return tuple(found)
 
 
 def show(name: str, coefficients: Sequence[float], above: int, points: Sequence[tuple[float, float]]) -> None:
