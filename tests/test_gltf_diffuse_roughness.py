@@ -19,10 +19,10 @@ from true_diffuse.addon.models.eon import diluted
 from true_diffuse.addon.models.fujii import Fujii
 from true_diffuse.addon.models.registry import OWN_ROUGHNESS
 from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.scripts.fit.nearest_eon import RHOS, eon_error, sphere, sphere_error
+from true_diffuse.scripts.fit.nearest_eon import eon_error, sphere, sphere_error
 
 EXTENSION = "KHR_materials_diffuse_roughness"
-# Of the errors that scripts/fit/nearest_eon.py prints for EON's roughness, in %: at 0.2, 0.33 and 1 of sigma or roughness, or for any
+# What scripts/fit/nearest_eon.py prints, in %: at 0.2, 0.33 and 1 of sigma or roughness, or for any
 ERRORS = {
     "lambert": (0.0,),
     "oren_nayar": (2.30, 4.17, 8.17),
@@ -99,7 +99,7 @@ def test_the_registered_roughness_is_the_nearest_for_sigma() -> None:
 
 
 def test_the_sphere_is_measured_as_a_picture_is() -> None:
-    """The sum over the disc of Lambert's sphere lit from the viewer is the integral of cos^2: 2 pi / 3 of rho / pi, over the area pi."""
+    """Lit from the viewer, Lambert's radiance over a disc of radius 1 is the integral of rho / pi cos: 2/3 rho."""
     samples = sphere(0.0)
     area = sum(sample.weight for sample in samples)
     light = sum(sample.weight * Lambert().reflected(sample.geometry, 0.5) for sample in samples)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fits the EON that stands for each reflectance model in glTF, the column `eon` of the registry, and says how near it comes.
 
-uv run scripts/fit/nearest_eon.py      two minutes: prints a table, and the numbers that the models' files have
+uv run scripts/fit/nearest_eon.py      a minute: prints a table, and the numbers that the models' files have
 
-Errors are RMS over a sphere and all lights from the viewer's side to 120 degrees away from it, relative to the model: a point counts by
-its size in the picture, so a surface seen from the front counts more than one that is seen edge-on.
+Errors are RMS over a sphere and all lights from the viewer's side to 120 degrees away from it, relative to the model: a point
+counts by its size in the picture, so a surface seen from the front counts more than one that is seen edge-on.
 """
 
 import math
@@ -56,7 +56,9 @@ def sphere(degrees: float) -> tuple[Sample, ...]:
             across = math.cos(latitude)
             mu_i, mu_o = across * math.cos(longitude - angle), across * math.cos(longitude)
             n = (across * math.sin(longitude), math.sin(latitude), mu_o)
-            samples.append(Sample(Geometry(n, light, viewer, mu_i, mu_o, math.cos(angle)), weight * other * (high - low) * across * mu_o))
+            samples.append(
+                Sample(Geometry(n, light, viewer, mu_i, mu_o, math.cos(angle)), weight * other * (high - low) * across * mu_o)
+            )
     return tuple(samples)
 
 
@@ -117,24 +119,25 @@ def values(parameter: Parameter | None) -> Sequence[float]:
 
 
 def lines() -> Iterator[str]:
-    """Yield the table: errors in %, and last how far off the albedo is where a reader lacks the extension, for rho = 0.5."""
+    """Yield the table: EON's roughness as registered and the nearest; errors in % of these two and of Lambert; of the registered and
+    of Lambert in directional albedo; how far off the albedo is where a reader lacks the extension, for rho = 0.5; and the first
+    error by degrees between light and viewer.
+    """
     yield (
-        f"{'Model':20}{'Value':>6}{'EON':>7}{'Nearest':>9}{'Error':>7}{'of it':>7}  {'0 / 60 / 120 degrees':22}"
-        f"{'Lambert':>8}{'Albedo':>8}{'Lambert':>8}{'Without':>9}"
+        f"{'Model':20}{'Value':>6}{'EON':>7}{'Nearest':>8} {'Error':>7} {'Nearest':>7} {'Lambert':>7} {'Albedo':>7} {'Lambert':>7}"
+        f"{'Without':>8}   0 / 60 / 120"
     )
     for model in MODELS.values():
         for value in values(model.parameter):
             formula = model.formula(*(value for _ in (model.parameter,) if model.parameter))
             used, best = model.eon.roughness(value), nearest(formula)
             by_light = " / ".join(f"{100.0 * eon_error(used, formula, lights=(light,)):.1f}" for light in LIGHT_DEGREES[::2])
-            numbers = [eon_error(used, formula), eon_error(best, formula), eon_error(0.0, formula), albedo_error(used, formula)]
-            numbers += [albedo_error(0.0, formula), Eon(used).color(formula.average_albedo(0.5)) / formula.average_albedo(0.5) - 1.0]
-            error, least_error, lambert, albedo, lambert_albedo, without = (100.0 * number for number in numbers)
+            errors = " ".join(f"{100.0 * eon_error(roughness, formula):7.2f}" for roughness in (used, best, 0.0))
+            albedos = " ".join(f"{100.0 * albedo_error(roughness, formula):7.2f}" for roughness in (used, 0.0))
+            albedo = formula.average_albedo(0.5)
+            without = 100.0 * (Eon(used).color(albedo) / albedo - 1.0)
             shown = f"{value:g}" if model.parameter else ""
-            yield (
-                f"{model.label:20}{shown:>6}{used:7.3f}{best:9.3f}{error:7.2f}{least_error:7.2f}  {by_light:22}"
-                f"{lambert:8.1f}{albedo:8.2f}{lambert_albedo:8.1f}{without:+9.1f}"
-            )
+            yield f"{model.label:20}{shown:>6}{used:7.3f}{best:8.3f} {errors} {albedos}{without:+8.1f}   {by_light}"
 
 
 def main() -> int:
