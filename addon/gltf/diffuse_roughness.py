@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""KHR_materials_diffuse_roughness: the roughness of the EON that stands for a model (`diffuse.py`), a factor and a texture of it."""
+"""KHR_materials_diffuse_roughness: the roughness of the EON that stands for a model (`diffuse.py`), as a factor and a texture."""
 
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
@@ -133,7 +133,7 @@ def _turned_into_eon(place: Place, diffuse: Diffuse) -> Generator[None]:
 def _texture(
     place: Place, image: Place, material: bpy.types.Material, settings: dict
 ) -> Generator[Loss, None, "TextureInfo | None"]:
-    """Return the texture as the exporter writes those of other inputs: with its sampler, transform and UV map; its red channel counts."""
+    """Return the texture as the exporter writes those of other inputs, with its sampler, transform and UV map."""
     from io_scene_gltf2.blender.exp.material.search_node_tree import NodeSocket
     from io_scene_gltf2.blender.exp.material.texture_info import gather_texture_info
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Our materials in Blender's own File > Export > glTF: what it writes for a Principled BSDF, with what differs put right.
 
-glTF has EON, by KHR_materials_diffuse_roughness, and one GGX lobe: the EON that comes nearest to the model, of its average albedo, and
-the coat as the lobe. Without a coat KHR_materials_specular switches the lobe off.
+glTF has EON, by KHR_materials_diffuse_roughness, and one GGX lobe. So it gets the EON that comes nearest to the model, of its
+average albedo, and the coat as the lobe. Without a coat KHR_materials_specular switches the lobe off.
 """
 
 from collections.abc import Generator, Iterator

@@ -119,9 +119,11 @@ def values(parameter: Parameter | None) -> Sequence[float]:
 
 
 def lines() -> Iterator[str]:
-    """Yield the table: EON's roughness as registered and the nearest; errors in % of these two and of Lambert; of the registered and
-    of Lambert in directional albedo; how far off the albedo is where a reader lacks the extension, for rho = 0.5; and the first
-    error by degrees between light and viewer.
+    """Yield the table, errors in %.
+
+    It has EON's roughness as registered and the nearest; the errors of these two and of Lambert; those of the registered one and of
+    Lambert in directional albedo; how far off the albedo is where a reader lacks the extension, for rho = 0.5; and the first error
+    by degrees between light and viewer.
     """
     yield (
         f"{'Model':20}{'Value':>6}{'EON':>7}{'Nearest':>8} {'Error':>7} {'Nearest':>7} {'Lambert':>7} {'Albedo':>7} {'Lambert':>7}"
