@@ -10,6 +10,7 @@ import sys
 import tempfile
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from types import ModuleType
@@ -195,6 +196,25 @@ def usd(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
         yield Section(study.steps(sphere_under_sun(SIZE), Path(folder), check_usd, options.quick), {title: study.table})
 
 
+def web(options: Namespace, _engines: list["Engine"]) -> Iterator[Section]:
+    """Hold each rough model against its formula in a glTF file, drawn by three.js and Babylon.js in a browser."""
+    from true_diffuse.scripts.studies import web as study
+    from true_diffuse.scripts.web import WebError
+    from true_diffuse.scripts.web.browser import browser
+    from true_diffuse.scripts.web.engines import PAGES, engine
+
+    study.enable_export()
+    title = "RMS error after the way through glTF, light at 0, 60 and 120\u00b0 from the viewer, and three lights, in %"
+    try:
+        with ExitStack() as stack:
+            folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+            shared = stack.enter_context(browser())
+            pages = [stack.enter_context(engine(name, shared, folder)) for name in PAGES]
+            yield Section(study.steps(pages, folder, options.quick), {title: study.table})
+    except WebError as error:
+        raise BadInput(str(error)) from error
+
+
 def handlers(_options: Namespace, _engines: list["Engine"]) -> Iterator[Section]:
     """Time the handlers at thousands of objects."""
     from true_diffuse.scripts.studies import handlers as study
@@ -240,6 +260,7 @@ MEASURES: dict[str, Measure] = {
         extremes,
         subsurface,
         usd,
+        web,
         handlers,
         animation,
     )

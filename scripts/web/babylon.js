@@ -4,7 +4,7 @@
 import { base64 } from "./pixels.js"
 
 const engine = new BABYLON.Engine(document.createElement("canvas"), false)
-let camera, target
+let scene, camera, target
 
 BABYLON.Effect.ShadersStore.geometryVertexShader = `
   attribute vec3 position, normal;
@@ -15,16 +15,17 @@ BABYLON.Effect.ShadersStore.geometryVertexShader = `
     shownNormal = transpose(inverse(mat3(world))) * normal;
     gl_Position = viewProjection * vec4(shownPosition, 1.0);
   }`
-for (const name of ["Position", "Normal"]) {
-  BABYLON.Effect.ShadersStore[`geometry${name}FragmentShader`] = `
-    varying vec3 shown${name};
-    void main() { gl_FragColor = vec4(shown${name}, 1.0); }`
-}
+const fragment = (shown) => `
+  varying vec3 shownPosition, shownNormal;
+  void main() { gl_FragColor = vec4(${shown}, 1.0); }`
+BABYLON.Effect.ShadersStore.geometryPositionFragmentShader = fragment("shownPosition")
+// glTF: a back face has the opposite normal
+BABYLON.Effect.ShadersStore.geometryNormalFragmentShader = fragment("gl_FrontFacing ? shownNormal : -shownNormal")
 
 window.load = async ({ file, size, eye, at, degrees, near, far }) => {
-  window.scene?.dispose()
+  scene?.dispose()
   engine.setSize(size, size) // whose shape the camera's picture has
-  window.scene = new BABYLON.Scene(engine)
+  scene = new BABYLON.Scene(engine)
   scene.useRightHandedSystem = true // glTF's axes
   scene.clearColor = new BABYLON.Color4(0, 0, 0, 0)
   scene.imageProcessingConfiguration.applyByPostProcess = true // else materials write sRGB, clipped at 1; here it is linear, up to 30
@@ -39,11 +40,16 @@ window.load = async ({ file, size, eye, at, degrees, near, far }) => {
   camera.outputRenderTarget = target
 }
 
-const geometry = (shown) => {
+// In place of a mesh's own material
+const geometry = (shown) => ({ backFaceCulling, sideOrientation }) => {
   const options = { attributes: ["position", "normal"], uniforms: ["world", "viewProjection"] }
   const material = new BABYLON.ShaderMaterial("", scene, { vertex: "geometry", fragment: `geometry${shown}` }, options)
-  material.backFaceCulling = false
-  return material
+  return Object.assign(material, { backFaceCulling, sideOrientation })
+}
+const materials = {
+  albedo: (own) => Object.assign(own.clone(""), { unlit: true }),
+  position: geometry("Position"),
+  normal: geometry("Normal"),
 }
 
 window.draw = async (what, suns) => {
@@ -54,9 +60,7 @@ window.draw = async (what, suns) => {
   }
   const meshes = scene.meshes.filter((mesh) => mesh.getTotalVertices())
   const own = meshes.map((mesh) => mesh.material)
-  const override = { position: () => geometry("Position"), normal: () => geometry("Normal") }[what]?.()
-  if (override) meshes.forEach((mesh) => (mesh.material = override))
-  own.forEach((material) => (material.unlit = what == "albedo"))
+  if (what in materials) meshes.forEach((mesh) => (mesh.material = materials[what](mesh.material)))
   await scene.whenReadyAsync()
   scene.render()
   meshes.forEach((mesh, i) => (mesh.material = own[i]))

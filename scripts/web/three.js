@@ -7,27 +7,28 @@ import { base64 } from "./pixels.js"
 
 const renderer = new THREE.WebGLRenderer() // whose render targets are linear and are neither tone-mapped nor clipped
 renderer.setClearColor(0, 0)
-let camera, target, lights
+let scene, camera, target, lights
 
-const geometry = (shown) => new THREE.ShaderMaterial({
-  side: THREE.DoubleSide,
+// In place of a mesh's own material; depths are computed as the engine does, so that the same surface is in front
+const geometry = (shown, back = "shown") => ({ side }) => new THREE.ShaderMaterial({
+  side,
   vertexShader: `varying vec3 shown;
     void main() {
-      vec4 world = modelMatrix * vec4(position, 1.0);
       shown = ${shown};
-      gl_Position = projectionMatrix * viewMatrix * world;
+      gl_Position = projectionMatrix * (modelViewMatrix * vec4(position, 1.0));
     }`,
   fragmentShader: `varying vec3 shown;
-    void main() { gl_FragColor = vec4(shown, 1.0); }`,
+    void main() { gl_FragColor = vec4(gl_FrontFacing ? shown : ${back}, 1.0); }`,
 })
-const overrides = {
-  position: geometry("world.xyz"),
-  normal: geometry("(vec4(normalMatrix * normal, 0.0) * viewMatrix).xyz"),
+const materials = {
+  albedo: ({ color, map, vertexColors, side, alphaTest }) => new THREE.MeshBasicMaterial({ color, map, vertexColors, side, alphaTest }),
+  position: geometry("(modelMatrix * vec4(position, 1.0)).xyz"),
+  normal: geometry("(vec4(normalMatrix * normal, 0.0) * viewMatrix).xyz", "-shown"), // glTF: a back face has the opposite
 }
 
 window.load = async ({ file, size, eye, at, degrees, near, far }) => {
   lights = new THREE.Group()
-  window.scene = new THREE.Scene().add((await new GLTFLoader().loadAsync(file)).scene, lights)
+  scene = new THREE.Scene().add((await new GLTFLoader().loadAsync(file)).scene, lights)
   camera = new THREE.PerspectiveCamera(degrees, 1, near, far)
   camera.position.set(...eye)
   camera.lookAt(...at)
@@ -43,20 +44,18 @@ window.draw = async (what, suns) => {
     light.position.set(...direction) // towards it; the light's target is the origin
     lights.add(light)
   }
-  const worn = new Map()
-  if (what == "albedo") {
+  const own = new Map()
+  if (what in materials) {
     scene.traverse((mesh) => {
       if (!mesh.isMesh) return
-      worn.set(mesh, mesh.material)
-      const { color, map, vertexColors, side, alphaTest } = mesh.material
-      mesh.material = new THREE.MeshBasicMaterial({ color, map, vertexColors, side, alphaTest })
+      own.set(mesh, mesh.material)
+      mesh.material = materials[what](mesh.material)
     })
   }
-  scene.overrideMaterial = overrides[what] ?? null
   renderer.setRenderTarget(target)
   renderer.clear()
   renderer.render(scene, camera)
-  worn.forEach((material, mesh) => (mesh.material = material))
+  own.forEach((material, mesh) => (mesh.material = material))
   const pixels = new Float32Array(4 * target.width * target.height)
   renderer.readRenderTargetPixels(target, 0, 0, target.width, target.height, pixels)
   return base64(pixels)
