@@ -6,7 +6,8 @@ import shutil
 import struct
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
@@ -37,9 +38,9 @@ Promise.all(process.argv.slice(1).map(check)).then(found => console.log(JSON.str
 COLOR = (0.9, 0.5, 0.1, 1.0)
 
 
-@pytest.fixture(autouse=True)
-def hook() -> Iterator[None]:
-    """A file with nothing in it, and the extension among the add-ons that the exporter asks."""
+@contextmanager
+def empty_with_hook() -> Generator[None]:
+    """Have a file with nothing in it, and the extension among the add-ons that the exporter asks."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     addon = bpy.context.preferences.addons.new()
     addon.module = "true_diffuse"
@@ -49,6 +50,12 @@ def hook() -> Iterator[None]:
     yield
     properties.unregister()
     bpy.context.preferences.addons.remove(addon)
+
+
+@pytest.fixture(autouse=True)
+def hook() -> Iterator[None]:
+    with empty_with_hook():
+        yield
 
 
 def rough(model: str, **inputs: object) -> bpy.types.Material:

@@ -90,7 +90,7 @@ def test_archive_is_whole_and_always_the_same(tmp_path: Path) -> None:
     assert first.read_bytes() == second.read_bytes()
     names = zipfile.ZipFile(first).namelist()
     translated = {f"{language}/{stem}.{language}" for language in shaders.LANGUAGES for stem in STEMS}
-    assert {*translated, *(f"{stem}.glsl" for stem in STEMS), "README.md", "LICENSE"} <= set(names)
+    assert {*translated, *(f"{stem}.glsl" for stem in STEMS), "README.md", "LICENSE", "engines/three.js"} <= set(names)
     assert len(names) == len(set(names))
 
 

@@ -17,7 +17,7 @@ from ..models.geometry import clamp
 from ..nodes.graph import Graph, Value
 from .animation import PATHS
 from .diffuse import Diffuse
-from .inputs import Bake, NotHeld, Product, link_image, product_of
+from .inputs import OWN_VALUE, Bake, NotHeld, Product, link_image, product_of
 from .stand_in import Replaced
 
 if TYPE_CHECKING:
@@ -70,8 +70,9 @@ def write(
     if diffuse.model.is_rough and diffuse.varies and place.socket.is_linked:
         found = _held(place)
         if found.images and settings["gltf_image_format"] != "NONE":
-            factor = found.factor[0] if replaced.has_eon_roughness else _line(diffuse, found.factor[0])
             texture = yield from _texture(place, found.images[0], material, settings)
+        if texture:
+            factor = found.factor[0] if replaced.has_eon_roughness else _line(diffuse, found.factor[0])
     is_moving = diffuse.has_own_roughness and not place.socket.is_linked and _is_animated(replaced)
     if is_moving:
         settings[PATHS][f"node_tree.{place.socket.path_from_id('default_value')}"] = {"length": 1, "path": POINTER}
@@ -142,7 +143,7 @@ def _texture(
         texture, uv_map, _, _ = gather_texture_info(gathered, (gathered,), settings)
     moved, settings["current_texture_transform"] = settings["current_texture_transform"], {}
     if texture is None:
-        yield Loss("diffuse_roughness", image.label, f"the image {image.node.image.name}", "the factor alone is written")
+        yield Loss("diffuse_roughness", image.label, f"the image {image.node.image.name}", OWN_VALUE)
         return None
     for path, entry in moved.items():
         pointer = entry["path"].replace("YYY", f"extensions/{NAME}/diffuseRoughnessTexture/extensions")

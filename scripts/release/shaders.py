@@ -33,6 +33,7 @@ def archive(folder: Path) -> Path:
     """
     version = tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))["version"]
     files = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "LICENSE", SHADERS / "README.md")}
+    files |= {f"engines/{path.name}": path.read_text(encoding="utf-8") for path in (SHADERS / "engines").iterdir()}
     files |= {f"{stem}.glsl": own_text(stem) for stem in stems()}
     files |= {f"{language}/{stem}.{language}": text for language in LANGUAGES for stem, text in translated(language).items()}
     path = folder / f"true_diffuse_shaders-{version}.zip"

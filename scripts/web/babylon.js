@@ -4,7 +4,7 @@
 import { base64 } from "./pixels.js"
 
 const engine = new BABYLON.Engine(document.createElement("canvas"), false)
-let scene, camera, target
+let camera, target
 
 BABYLON.Effect.ShadersStore.geometryVertexShader = `
   attribute vec3 position, normal;
@@ -23,9 +23,9 @@ BABYLON.Effect.ShadersStore.geometryPositionFragmentShader = fragment("shownPosi
 BABYLON.Effect.ShadersStore.geometryNormalFragmentShader = fragment("gl_FrontFacing ? shownNormal : -shownNormal")
 
 window.load = async ({ file, size, eye, at, degrees, near, far }) => {
-  scene?.dispose()
+  window.scene?.dispose()
   engine.setSize(size, size) // whose shape the camera's picture has
-  scene = new BABYLON.Scene(engine)
+  window.scene = new BABYLON.Scene(engine)
   scene.useRightHandedSystem = true // glTF's axes
   scene.clearColor = new BABYLON.Color4(0, 0, 0, 0)
   scene.imageProcessingConfiguration.applyByPostProcess = true // else materials write sRGB, clipped at 1; here it is linear, up to 30

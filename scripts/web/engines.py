@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from true_diffuse.addon.blender.glsl import SHADERS
 from true_diffuse.scripts.web.browser import Browser, Page
 from true_diffuse.scripts.web.packages import node_modules
 
@@ -67,6 +68,10 @@ class Engine:
             },
         )
 
+    def call(self, function: str, argument: object = None) -> object:
+        """Return what `Page.call` does, where `scene` is the engine's and /shaders the folder shaders. Raises WebError."""
+        return self._page.call(function, argument)
+
     def draw(self, what: str, suns: Sequence[Sun] = ()) -> tuple[array[float], bytearray]:
         """Return three floats of each pixel, rows from the top, and 1 for each pixel that shows anything, else 0.
 
@@ -94,7 +99,7 @@ def _to_gltf(vector: Triple) -> Triple:
 @contextmanager
 def engine(name: str, browser: Browser, files: Path) -> Generator[Engine]:
     """Yield the engine of a name in PAGES, on a new page of `browser` that sees the folder `files`. Raises WebError."""
-    with browser.page({"web": ROOM, "npm": node_modules(), "files": files}) as page:
+    with browser.page({"web": ROOM, "npm": node_modules(), "files": files, "shaders": SHADERS}) as page:
         page.open(f"/web/{PAGES[name]}")
         page.call("() => new Promise(done => { const wait = () => window.draw ? done(null) : setTimeout(wait, 10); wait() })")
         yield Engine(name, page, files)

@@ -7,7 +7,7 @@ import { base64 } from "./pixels.js"
 
 const renderer = new THREE.WebGLRenderer() // whose render targets are linear and are neither tone-mapped nor clipped
 renderer.setClearColor(0, 0)
-let scene, camera, target, lights
+let camera, target, lights
 
 // In place of a mesh's own material; depths are computed as the engine does, so that the same surface is in front
 const geometry = (shown, back = "shown") => ({ side }) => new THREE.ShaderMaterial({
@@ -28,7 +28,7 @@ const materials = {
 
 window.load = async ({ file, size, eye, at, degrees, near, far }) => {
   lights = new THREE.Group()
-  scene = new THREE.Scene().add((await new GLTFLoader().loadAsync(file)).scene, lights)
+  window.scene = new THREE.Scene().add((await new GLTFLoader().loadAsync(file)).scene, lights)
   camera = new THREE.PerspectiveCamera(degrees, 1, near, far)
   camera.position.set(...eye)
   camera.lookAt(...at)
