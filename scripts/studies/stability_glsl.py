@@ -6,7 +6,7 @@ What is asked of them is in float32_accuracy.py.
 
 import math
 import random
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -18,6 +18,8 @@ from true_diffuse.scripts.studies.glsl_values import evaluate
 from true_diffuse.scripts.studies.study import Step
 
 COUNT = 100_000
+
+type Evaluate = Callable[[str, str, Sequence[tuple[Sequence[float], ...]]], Sequence[tuple[float, float, float]]]
 
 
 @dataclass(frozen=True)
@@ -84,12 +86,13 @@ class Inputs:
         return ((*self.n, self.albedo), (*self.l, *self.parameters[:1]), (*self.v, *self.parameters[1:]))
 
 
-def stability(exact: Reference, quick: Reference, count: int) -> list[Step]:
+def stability(exact: Reference, quick: Reference, count: int, target: str = "glsl", evaluate: Evaluate = evaluate) -> list[Step]:
     """Return a step for each model, with a record for each family of cases: its worst input, and how many inputs do as asked.
 
     `exact` gives a formula's value in all digits, `quick` in 64-bit floats. There are `count` random inputs of each model.
+    `evaluate` is that of glsl_values.py, or does the same for another `target`.
     """
-    check, dice = AccuracyCheck("glsl", exact, quick), random.Random(1)
+    check, dice = AccuracyCheck(target, exact, quick), random.Random(1)
     directions = [_lit(dice) for _ in range(count)]
 
     def measure(shader: Shader) -> list[Record]:

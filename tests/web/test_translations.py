@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The WGSL and HLSL of the shaders as Chromium's WebGPU computes them, against the formulas in 50 digits.
+
+HLSL gets there as SPIR-V, by Khronos' compiler, and from that as WGSL.
+"""
+
+import shutil
+import subprocess
+from collections.abc import Iterator, Sequence
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from support import CountedProgress
+from true_diffuse.addon.blender.glsl import includes
+from true_diffuse.scripts.cli.console import BadInput
+from true_diffuse.scripts.release import shaders
+from true_diffuse.scripts.studies import reference_mpmath, stability_glsl
+from true_diffuse.scripts.studies.study import run
+from true_diffuse.scripts.web import WebError
+from true_diffuse.scripts.web.browser import Browser, Page
+
+pytestmark = pytest.mark.web
+
+COUNT = 2000
+WGSL = """
+@group(0) @binding(0) var<storage, read> rows: array<vec4<f32>>;
+@group(0) @binding(1) var<storage, read_write> values: array<vec4<f32>>;
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if (id.x < arrayLength(&values)) {
+        let a = rows[3 * id.x];
+        let b = rows[3 * id.x + 1];
+        let c = rows[3 * id.x + 2];
+        values[id.x] = vec4(CALL, 1.0);
+    }
+}
+"""
+HLSL = """
+StructuredBuffer<float4> rows : register(t0);
+RWStructuredBuffer<float4> values : register(u1);
+[numthreads(64, 1, 1)]
+void main(uint3 id : SV_DispatchThreadID)
+{
+    uint count, stride;
+    values.GetDimensions(count, stride);
+    if (id.x < count) {
+        float4 a = rows[3 * id.x];
+        float4 b = rows[3 * id.x + 1];
+        float4 c = rows[3 * id.x + 2];
+        values[id.x] = float4(CALL, 1.0);
+    }
+}
+"""
+# Runs `code` for each three vec4s of `rows` and gives a vec4 for each. A warning of the compiler is an error.
+COMPUTE = """async ([code, rows]) => {
+  const device = await (await navigator.gpu.requestAdapter()).requestDevice()
+  device.addEventListener("uncapturederror", (event) => console.error(event.error.message))
+  const module = device.createShaderModule({ code })
+  const { messages } = await module.getCompilationInfo()
+  if (messages.length) throw Error(messages.map((one) => `${one.type} in line ${one.lineNum}: ${one.message}`).join("; "))
+  const pipeline = await device.createComputePipelineAsync({ layout: "auto", compute: { module } })
+  const given = new Float32Array(rows.length)
+  rows.forEach((value, i) => (given[i] = Number(value)))
+  const count = rows.length / 12
+  const { STORAGE, COPY_DST, COPY_SRC, MAP_READ } = GPUBufferUsage
+  const input = device.createBuffer({ size: given.byteLength, usage: STORAGE | COPY_DST })
+  const output = device.createBuffer({ size: 16 * count, usage: STORAGE | COPY_SRC })
+  const read = device.createBuffer({ size: 16 * count, usage: MAP_READ | COPY_DST })
+  device.queue.writeBuffer(input, 0, given)
+  const entries = [input, output].map((buffer, binding) => ({ binding, resource: { buffer } }))
+  const encoder = device.createCommandEncoder()
+  const pass = encoder.beginComputePass()
+  pass.setPipeline(pipeline)
+  pass.setBindGroup(0, device.createBindGroup({ layout: pipeline.getBindGroupLayout(0), entries }))
+  pass.dispatchWorkgroups(Math.ceil(count / 64))
+  pass.end()
+  encoder.copyBufferToBuffer(output, 0, read, 0, 16 * count)
+  device.queue.submit([encoder.finish()])
+  await read.mapAsync(GPUMapMode.READ)
+  const { base64 } = await import("/web/pixels.js")
+  return base64(new Float32Array(read.getMappedRange()))
+}"""
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser) -> Iterator[Page]:
+    with browser.page({"": "", "web": Path(stability_glsl.__file__).parents[1] / "web"}) as made:
+        made.open("/")
+        yield made
+
+
+@pytest.fixture(scope="module", params=shaders.LANGUAGES)
+def records(request, page: Page, tmp_path_factory: pytest.TempPathFactory) -> list[dict]:
+    """What `stability` finds of a language."""
+    language = request.param
+    try:
+        files = shaders.translated(language)
+    except BadInput as error:
+        pytest.skip(str(error))
+    if language == "hlsl" and shutil.which("glslangValidator") is None:
+        pytest.skip("glslangValidator is not installed, Khronos' compiler of HLSL")
+    folder = tmp_path_factory.mktemp(language)
+
+    def evaluate(stem: str, call: str, rows: Sequence[tuple[Sequence[float], ...]]) -> list[tuple[float, ...]]:
+        functions = "\n".join(files[name] for name in (*includes(stem), stem))
+        code = functions + (WGSL.replace("CALL", call) if language == "wgsl" else HLSL.replace("CALL", call))
+        if language == "hlsl":
+            code = from_hlsl(code.replace("vec3(a.w)", "a.www"), folder)
+        # JSON has neither infinity nor NaN
+        numbers = [str(x).replace("inf", "Infinity") for row in rows for vector in row for x in (*vector, 0.0)[:4]]
+        values = page.floats(COMPUTE, [code, numbers])
+        return [tuple(values[i : i + 3]) for i in range(0, len(values), 4)]
+
+    quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
+    return list(run(stability_glsl.stability(reference_mpmath.radiance, quick, COUNT, language, evaluate), CountedProgress()))
+
+
+def from_hlsl(code: str, folder: Path) -> str:
+    """A compute shader in WGSL, by way of SPIR-V."""
+    hlsl, binary, wgsl = (folder / f"shader.{kind}" for kind in ("hlsl", "spv", "wgsl"))
+    hlsl.write_text(code)
+    subprocess.run(
+        ["glslangValidator", "-D", "-V", "-S", "comp", "-e", "main", "-o", binary, hlsl], check=True, capture_output=True
+    )
+    subprocess.run(["naga", binary, wgsl], check=True, capture_output=True)
+    return wgsl.read_text()
+
+
+def test_translation_is_as_near_its_formula_as_the_glsl(records: list[dict]) -> None:
+    assert {record["model"] for record in records} == {shader.model for shader in stability_glsl.DRAWN}
+    for record in records:
+        # as test_shaders.py has it of the GLSL
+        assert record["outside"] == record["conditioned"], record
+        assert record["share_within"] > 0.99
+        assert record["finite"]
+
+
+def test_compiler_s_complaint_is_one_line(page: Page) -> None:
+    with pytest.raises(WebError, match="10:29 error: unresolved value 'lost'"):
+        page.call(COMPUTE, [WGSL.replace("CALL", "lost"), []])
