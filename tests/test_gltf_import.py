@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """glTF: our materials as Blender's importer brings them back, and rough diffuse materials of other programs."""
 
+import base64
 import json
+import math
 import struct
+import zlib
 from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
@@ -14,15 +17,19 @@ import pytest
 
 from support import show
 from true_diffuse.addon.blender import properties, report
+from true_diffuse.addon.blender.engines import CYCLES
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.node_record import Record
 from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.material.read import group_node
 from true_diffuse.addon.material.restore import kept
+from true_diffuse.addon.measure import render
 from true_diffuse.addon.models import MODELS
+from true_diffuse.addon.models.eon import Eon
 from true_diffuse.addon.nodes import GROUPS, PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 from true_diffuse.addon.nodes.principled import DISTRIBUTIONS, METHODS
 from true_diffuse.addon.nodes.rough_diffuse import QUALITIES
+from true_diffuse.scenes.sphere import sphere_under_sun
 
 
 @pytest.fixture(autouse=True)
@@ -127,3 +134,184 @@ def test_textured_materials_come_back_with_the_imported_mesh_s_names(options: di
     assert after == json.loads(expected.replace('"Paint"', f'"{mesh.color_attributes[0].name}"'))
     for name in ("wood", "rough"):
         assert bpy.data.images[name].pixels[:3] == pytest.approx((0.2, 0.6, 0.4), abs=0.02 if "WEBP" in str(options) else 0.5 / 255)
+
+
+# files from elsewhere, by the text of the extension: EON's roughness is diffuseRoughnessFactor times the red of its texture
+
+TEXELS = 4
+"""Of a row of the test's texture; red is a texel's number over 15, green and blue say something else."""
+
+
+def png(rows: list[list[tuple[int, int, int]]]) -> bytes:
+    """Return an RGB image as a PNG file, rows from the top."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", len(rows[0]), len(rows), 8, 2, 0, 0, 0)
+    lines = b"".join(b"\0" + bytes(value for pixel in row for value in pixel) for row in rows)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(lines)) + chunk(b"IEND", b"")
+
+
+def data_uri(kind: str, data: bytes) -> str:
+    return f"data:{kind};base64,{base64.b64encode(data).decode()}"
+
+
+def foreign(path: Path, *made: dict[str, Any], **changes: object) -> Path:
+    """Write a .gltf file with materials, each on a triangle; TEXCOORD_1 is half of TEXCOORD_0, texture 0 is TEXELS squared."""
+    corners = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    uv = ((0.0, 1.0), (1.0, 1.0), (0.0, 0.0))  # v goes down
+    arrays = [*corners, *((u, v) for u, v in uv), *((u / 2.0, v / 2.0) for u, v in uv)]
+    buffer = b"".join(struct.pack(f"<{len(one)}f", *one) for one in arrays)
+    rows = [[(17 * (TEXELS * row + column), 200, 100) for column in range(TEXELS)] for row in range(TEXELS)]
+    attributes = {"POSITION": 0, "TEXCOORD_0": 1, "TEXCOORD_1": 2}
+    used = sorted({name for material in made for name in material.get("extensions", {})} | {"KHR_texture_transform"})
+    file: dict[str, Any] = {
+        "asset": {"version": "2.0"},
+        "extensionsUsed": used,
+        "buffers": [{"uri": data_uri("application/octet-stream", buffer), "byteLength": len(buffer)}],
+        "bufferViews": [{"buffer": 0, "byteOffset": start, "byteLength": size} for start, size in ((0, 36), (36, 24), (60, 24))],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
+            {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2"},
+            {"bufferView": 2, "componentType": 5126, "count": 3, "type": "VEC2"},
+        ],
+        "images": [{"uri": data_uri("image/png", png(rows))}],
+        "samplers": [{"magFilter": 9728, "minFilter": 9728}],
+        "textures": [{"source": 0, "sampler": 0}],
+        "materials": list(made),
+        "meshes": [{"primitives": [{"attributes": attributes, "material": index} for index in range(len(made))]}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+        "scene": 0,
+    }
+    path.write_text(json.dumps(file | changes))
+    return path
+
+
+def rough(factor: object = 0.6, **more: object) -> dict[str, Any]:
+    """Return the extension."""
+    return {"KHR_materials_diffuse_roughness": {"diffuseRoughnessFactor": factor} | more}
+
+
+def transformed(**values: object) -> dict[str, Any]:
+    """Return the texture of the file with KHR_texture_transform."""
+    return {"index": 0, "extensions": {"KHR_texture_transform": values}}
+
+
+CHALK = {
+    "name": "Chalk",
+    "pbrMetallicRoughness": {"baseColorFactor": [0.8, 0.5, 0.2, 1.0], "metallicFactor": 0.0},
+    "extensions": rough() | {"KHR_materials_specular": {"specularFactor": 0.0}},
+}
+LAYERED = {
+    "name": "Layered",
+    "pbrMetallicRoughness": {"baseColorFactor": [0.3, 0.4, 0.5, 1.0], "metallicFactor": 0.5, "roughnessFactor": 0.25},
+    "extensions": rough(0.75)
+    | {
+        "KHR_materials_clearcoat": {"clearcoatFactor": 0.75, "clearcoatRoughnessFactor": 0.25},
+        "KHR_materials_sheen": {"sheenColorFactor": [0.5, 0.25, 0.5], "sheenRoughnessFactor": 0.5},
+    },
+}
+
+
+def inputs(material: bpy.types.Material) -> dict[str, Any]:
+    """Return the values of our group, or of Blender's Principled BSDF."""
+    found = group_node(material)
+    node = found[0] if found else next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    values = {socket.name: getattr(socket, "default_value", None) for socket in node.inputs}
+    return {name: value if isinstance(value, (str, int, float)) else list(value or ()) for name, value in values.items()}
+
+
+@pytest.mark.render
+def test_a_factor_makes_rough_diffuse_of_that_eon(tmp_path: Path) -> None:
+    sphere = sphere_under_sun(64)
+    required = {"extensionsRequired": ["KHR_materials_diffuse_roughness"]}
+    assert bpy.ops.import_scene.gltf(filepath=str(foreign(tmp_path / "one.gltf", CHALK, **required))) == {"FINISHED"}
+    material = bpy.data.materials["Chalk"]
+    assert group_node(material)[1] is ROUGH_DIFFUSE and inputs(material)["Model"] == "EON"
+    assert inputs(material)["Roughness"] == pytest.approx(0.6) and inputs(material)["Color"] == pytest.approx([0.8, 0.5, 0.2, 1.0])
+    for degrees in (0.0, 60.0, 120.0):
+        (exact,) = sphere.measure(material, [Eon(0.6)], CYCLES, 4, degrees)[1]
+        assert exact.rms < 0.002  # the pixel filter's width, where the light ends
+    assert report.take() == []
+
+
+@pytest.mark.render
+def test_a_texture_s_red_times_the_factor_is_the_roughness(tmp_path: Path) -> None:
+    info = transformed(offset=[0.125, 0.5], scale=[2.0, 1.0], texCoord=1)
+    chalk = CHALK | {"extensions": CHALK["extensions"] | rough(0.5, diffuseRoughnessTexture=info)}
+    bpy.ops.import_scene.gltf(filepath=str(foreign(tmp_path / "one.gltf", chalk)))
+    assert report.take() == []
+    material = bpy.data.materials["Chalk"]
+    socket, tree = group_node(material)[0].inputs["Roughness"], material.node_tree
+    emission = tree.nodes.new("ShaderNodeEmission")
+    tree.links.new(socket.links[0].from_socket, emission.inputs["Color"])
+    tree.links.new(emission.outputs[0], tree.get_output_node("ALL").inputs["Surface"])
+    scene = bpy.context.scene
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 1.0
+    scene.camera.location, scene.camera.rotation_euler = (0.5, -2.0, 0.5), (math.pi / 2.0, 0.0, 0.0)
+    scene.collection.objects.link(scene.camera)
+    size = scene.render.resolution_x = scene.render.resolution_y = 64
+    (shape,) = (item for item in bpy.data.objects if item.type == "MESH")
+    scene.view_layers[0].update()
+    with render.measurement_scene(scene, shape) as one:
+        rgb = render.radiance(one, CYCLES, 1)[1]
+    assert len(rgb) == 3 * size * size
+    seen = set()
+    for row in range(size):  # from below
+        for column in range(size - row - 2):  # where the triangle is
+            x, y = (column + 0.5) / size, (row + 0.5) / size
+            u, v = 2.0 * (x / 2.0) + 0.125, (1.0 - y) / 2.0 + 0.5  # the transform of TEXCOORD_1
+            texel = 17 * (TEXELS * math.floor(TEXELS * v) + math.floor(TEXELS * (u % 1.0)))
+            seen.add(texel)
+            # red is a whole number of 255ths
+            assert rgb[3 * (size * (size - 1 - row) + column)] == pytest.approx(0.5 * texel / 255, abs=1e-5), (x, y)
+    assert len(seen) == 7
+
+
+def test_other_layers_stay_as_blender_imports_them(tmp_path: Path) -> None:
+    path = foreign(tmp_path / "one.gltf", LAYERED, CHALK | {"name": "Glossy", "extensions": rough()})
+    load(path)
+    ours = {material.name: inputs(material) for material in bpy.data.materials}
+    assert all(group_node(material)[1] is PRINCIPLED for material in bpy.data.materials)
+    bpy.context.preferences.addons.remove(bpy.context.preferences.addons["true_diffuse"])
+    assert bpy.ops.import_scene.gltf(filepath=str(path)) == {"FINISHED"}
+    for name, factor in (("Layered", 0.75), ("Glossy", 0.6)):
+        expected = inputs(bpy.data.materials[f"{name}.001"])
+        expected["Subsurface Scale"] *= 1000.0  # mm
+        expected |= {"Diffuse Roughness": factor, "Model": "EON"}
+        del expected["Weight"]  # of a socket that no interface shows
+        assert {key: ours[name][key] for key in expected} == {key: pytest.approx(value) for key, value in expected.items()}
+    assert ours["Layered"]["Coat Weight"] == 0.75 and ours["Layered"]["Metallic"] == 0.5 and ours["Layered"]["Sheen Weight"] > 0.0
+
+
+def test_a_file_without_the_extension_is_left_alone(tmp_path: Path) -> None:
+    load(foreign(tmp_path / "one.gltf", CHALK | {"extensions": {}}))
+    assert group_node(bpy.data.materials["Chalk"]) is None and report.take() == []
+
+
+NO_TEXTURE = "diffuseRoughnessTexture is no valid texture of the file, and is left out"
+WRONG = {
+    "3.5": (rough(3.5), 1.0, "diffuseRoughnessFactor is 3.5, not in 0 to 1, and is clamped"),
+    "-1": (rough(-1), 0.0, "diffuseRoughnessFactor is -1, not in 0 to 1, and is clamped"),
+    "NaN": (rough("NaN"), 0.0, "diffuseRoughnessFactor is 'NaN', and no number: 0 is used"),
+    "true": (rough(True), 0.0, "diffuseRoughnessFactor is True, and no number: 0 is used"),
+    "null": (rough(None), 0.0, "diffuseRoughnessFactor is None, and no number: 0 is used"),
+    "list": (rough([1]), 0.0, "diffuseRoughnessFactor is [1], and no number: 0 is used"),
+    "texture": (rough(0.5, diffuseRoughnessTexture={"index": 7}), 0.5, NO_TEXTURE),
+    "word": (rough(0.5, diffuseRoughnessTexture="red"), 0.5, NO_TEXTURE),
+    "UV map": (rough(0.5, diffuseRoughnessTexture={"index": 0, "texCoord": "x"}), 0.5, NO_TEXTURE),
+    "extensions": (rough(0.5, diffuseRoughnessTexture={"index": 0, "extensions": 1}), 0.5, NO_TEXTURE),
+    "scale": (rough(0.5, diffuseRoughnessTexture=transformed(scale="big")), 0.5, NO_TEXTURE),
+    "rotation": (rough(0.5, diffuseRoughnessTexture=transformed(rotation=[])), 0.5, NO_TEXTURE),
+}
+
+
+def test_wrong_values_are_said_in_one_line_each(tmp_path: Path) -> None:
+    made = [CHALK | {"name": name, "extensions": CHALK["extensions"] | extension} for name, (extension, *_) in WRONG.items()]
+    load(foreign(tmp_path / "one.gltf", *made))
+    assert report.take() == [f"True Diffuse: {name}: {line}" for name, (*_, line) in WRONG.items()]
+    for name, (_, roughness, _) in WRONG.items():
+        assert inputs(bpy.data.materials[name])["Roughness"] == roughness

@@ -7,7 +7,6 @@ The importer makes its own nodes first, and animates them. They are replaced whe
 
 import math
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -92,9 +91,8 @@ class Import:
             image = _image(gltf, entry) if entry else None
             if image is None:
                 return None
-            path = Path(bpy.path.abspath(image.filepath))
-            if not image.packed_file and not path.is_file():
-                problems.append(f"the image file {path} is missing")
+            if missing := rough_diffuse.missing_file(image):
+                problems.append(f"the image file {missing} is missing")
             return with_settings(image, settings, problems, is_shared=image.session_uid in self._images_before)
 
         names = {kind: {name: _imported(one) for name, one in data["names"][kind].items()} for kind in ("uv", "color")}

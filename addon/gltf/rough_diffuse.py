@@ -5,7 +5,8 @@ The extension (https://github.com/KhronosGroup/glTF/pull/2481) gives the diffuse
 in [0, 1], 0 by default, times the red channel of a texture.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import bpy
@@ -45,7 +46,7 @@ def convert(
     if extension is None or node is None:
         return
     factor = extension.get("diffuseRoughnessFactor", 0.0)
-    if isinstance(factor, bool) or not isinstance(factor, (int, float)):
+    if not _is_number(factor):
         yield f"diffuseRoughnessFactor is {factor!r}, and no number: 0 is used"
         factor = 0.0
     elif not 0.0 <= factor <= 1.0:
@@ -55,12 +56,15 @@ def convert(
     if "diffuseRoughnessTexture" in extension:
         texture = _texture(gltf, extension["diffuseRoughnessTexture"])
         if texture is None:
-            yield "diffuseRoughnessTexture names no texture of the file, and is left out"
+            yield "diffuseRoughnessTexture is no valid texture of the file, and is left out"
     below = min(one.location.y for one in nodes) - 400.0
     helper = MaterialHelper(gltf, gltf_material, material, vertex_color)
     scalar_factor_and_texture(
         helper, (-200.0, below), "Diffuse Roughness", node.inputs["Diffuse Roughness"], float(factor), texture, RED
     )
+    for image in {one.image for one in nodes if one.bl_idname == "ShaderNodeTexImage" and one.image}:
+        if missing := missing_file(image):
+            yield f"the image file {missing} is missing"
     if _is_diffuse(node):
         _as_diffuse(node)
     yield from convert_materials([material], bpy.context.scene.unit_settings.scale_length).lines
@@ -70,17 +74,36 @@ def convert(
 
 
 def _texture(gltf: "glTFImporter", info: object) -> "TextureInfo | None":
-    """Return what the extension says of its texture, None where that names none of the file."""
+    """Return what the extension says of its texture, None where that is no valid one of the file."""
     from io_scene_gltf2.io.com.gltf2_io import TextureInfo
 
-    textures, index = gltf.data.textures or [], info.get("index") if isinstance(info, Mapping) else None
-    if isinstance(index, bool) or not isinstance(index, int) or not 0 <= index < len(textures):
+    if not isinstance(info, dict) or not _is_index(info.get("index")) or info["index"] >= len(gltf.data.textures or []):
         return None
-    found = TextureInfo.from_dict(info)
-    transform = (found.extensions or {}).get("KHR_texture_transform")
-    if transform is not None:
-        transform.setdefault("animations", {})  # which the importer has added to those of core glTF
-    return found
+    extensions = info.get("extensions", {})
+    transform = extensions.get("KHR_texture_transform", {}) if isinstance(extensions, dict) else None
+    if not isinstance(transform, dict) or not all(map(_is_index, (info.get("texCoord", 0), transform.get("texCoord", 0)))):
+        return None
+    pairs = transform.get("offset", [0.0, 0.0]), transform.get("scale", [1.0, 1.0])
+    if any(not isinstance(pair, list) or len(pair) != 2 for pair in pairs):
+        return None
+    if not all(map(_is_number, (*pairs[0], *pairs[1], transform.get("rotation", 0.0)))):
+        return None
+    transform.setdefault("animations", {})  # which the importer has added to those of core glTF
+    return TextureInfo.from_dict(info)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _is_index(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+
+
+def missing_file(image: bpy.types.Image) -> str:
+    """Return the path of an image's file where that is not there, of which the importer says nothing; else an empty one."""
+    path = Path(bpy.path.abspath(image.filepath))
+    return "" if image.packed_file or path.is_file() else str(path)
 
 
 def _is_diffuse(node: bpy.types.Node) -> bool:
