@@ -49,8 +49,13 @@ def rough(factor: float | None) -> dict:
 
 def sphere(color: tuple[float, ...], factor: float | None) -> bytes:
     """A unit sphere in a file of its own."""
-    skin = material("Skin", base={"baseColorFactor": [*color, 1.0], "metallicFactor": 0.0}, extensions=rough(factor))
-    return glb("Sphere", [Primitive(ellipsoid((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), SEGMENTS), skin)], {})
+    return sphere_with(rough(factor), color)
+
+
+def sphere_with(extensions: dict, color: tuple[float, ...] = COLOR, images: dict[str, bytes] | None = None) -> bytes:
+    """A unit sphere in a file of its own, its material with those extensions."""
+    skin = material("Skin", base={"baseColorFactor": [*color, 1.0], "metallicFactor": 0.0}, extensions=extensions)
+    return glb("Sphere", [Primitive(ellipsoid((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), SEGMENTS), skin)], images or {})
 
 
 @pytest.fixture(scope="module")
@@ -135,3 +140,31 @@ def test_character_with_textures_is_exact_under_three_lights(engine: engines.Eng
     alone = [engine.draw(engines.RADIANCE, [one])[0] for one in THREE_SUNS]
     total = array("f", map(sum, zip(*alone, strict=True)))
     assert max(map(abs, map(float.__sub__, together, total))) < 1e-5
+
+
+# ---- What engines do that our files have to reckon with: addon/usd/README.md says it
+
+
+@pytest.mark.parametrize("transmission", [0.0, 0.1, 1.0])
+def test_subsurface_scattering_by_extensions_is_ignored_or_drawn_too_dark(
+    engine: engines.Engine, folder: Path, transmission: float
+) -> None:
+    """A medium of 1 mm mean free path in a sphere of 1 m reflects as Lambert of its color. So our exports have none of them."""
+    medium = {"attenuationDistance": 0.001, "attenuationColor": [math.exp(-1.0)] * 3, "thicknessFactor": 2.0}
+    scatter = {"KHR_materials_volume_scatter": {"multiscatterColorFactor": list(COLOR)}, "KHR_materials_volume": medium}
+    through = {"KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": transmission}}
+    load(engine, folder, sphere_with(NO_SPECULAR | scatter | (through if transmission else {})), SPHERE)
+    off = rms(engine, Lambert(), SPHERE, (sun(0.0),))
+    if engine.name == engines.THREE or not transmission:
+        assert off < 1e-5
+    else:
+        assert off == pytest.approx({0.1: 0.168, 1.0: 1.0}[transmission], abs=0.002)
+
+
+def test_a_texture_of_roughness_is_linear_in_three_and_srgb_in_babylon(engine: engines.Engine, folder: Path) -> None:
+    extension = {"diffuseRoughnessFactor": 1.0, "diffuseRoughnessTexture": texture("half")}
+    extensions = NO_SPECULAR | {"KHR_materials_diffuse_roughness": extension}
+    load(engine, folder, sphere_with(extensions, images={"half": png(8, lambda *_: (0.5, 0.5, 0.5))}), SPHERE)
+    value = round(0.5 * 255) / 255  # 8 bits
+    read = value if engine.name == engines.THREE else ((value + 0.055) / 1.055) ** 2.4
+    assert rms(engine, Eon(read), SPHERE, (sun(0.0),)) < GOALS[engine.name]
