@@ -6,7 +6,7 @@ exporter.py   makes the exporter read stand-ins in place of our materials
 stand_in.py   a copy of a material with a Principled BSDF in place of each of our groups
 closures.py   mixes and sums of closures, reduced to one Principled BSDF
 inputs.py     what feeds an input, in the shape that the exporter knows
-base_color.py the average albedo
+diffuse.py    the EON that stands for the reflectance model: diffuse_roughness.py writes its roughness, base_color.py its color
 animation.py  animated inputs
 losses.py     what is not in the file
 """

@@ -142,7 +142,7 @@ def test_character_with_textures_is_exact_under_three_lights(engine: engines.Eng
     assert max(map(abs, map(float.__sub__, together, total))) < 1e-5
 
 
-# ---- What engines do that our files have to reckon with: addon/usd/README.md says it
+# ---- What engines do that our files have to reckon with: addon/gltf/README.md says it
 
 
 @pytest.mark.parametrize("transmission", [0.0, 0.1, 1.0])
