@@ -53,7 +53,7 @@ def bake_input(
     try:
         with ExitStack() as stack:
             shown = stack.enter_context(_showing(material, place, image, is_normal))
-            scene = stack.enter_context(_scene())
+            scene = stack.enter_context(baking_scene())
             copies = [stack.enter_context(_copy(item, used_as or material, shown, scene)) for item in users]
             _bake(scene, copies, image, uv_map, is_normal)
     except BaseException as error:
@@ -104,7 +104,7 @@ def _showing(material: bpy.types.Material, place: Place, image: bpy.types.Image,
             copy.node_tree.nodes.remove(output)
         output = copy.node_tree.nodes.new("ShaderNodeOutputMaterial")
         copy.node_tree.links.new(shader, output.inputs["Surface"])
-        _target(copy, image)
+        bake_to(copy, image)
         yield copy
     finally:
         bpy.data.batch_remove(made)
@@ -123,8 +123,8 @@ def _closure(socket: bpy.types.NodeSocket, is_normal: bool) -> bpy.types.NodeSoc
     return node.outputs[0]
 
 
-def _target(material: bpy.types.Material, image: bpy.types.Image) -> None:
-    """Make a new image node the active one of `material`, which is what Cycles bakes to."""
+def bake_to(material: bpy.types.Material, image: bpy.types.Image) -> None:
+    """Have Cycles bake `material` to `image`, by a new image node, the active one."""
     node = material.node_tree.nodes.new("ShaderNodeTexImage")
     node.image = image
     for other in material.node_tree.nodes:
@@ -133,7 +133,7 @@ def _target(material: bpy.types.Material, image: bpy.types.Image) -> None:
 
 
 @contextmanager
-def _scene() -> Generator[bpy.types.Scene]:
+def baking_scene() -> Generator[bpy.types.Scene]:
     """Yield a new scene for baking, at the frame of the current one."""
     current = bpy.context.scene
     scene = bpy.data.scenes.new("True Diffuse Bake")
@@ -163,7 +163,7 @@ def _copy(
                 wanted = bpy.data.materials.new("Other")
                 image = bpy.data.images.new("Other", 1, 1)
                 made += [wanted, image]
-                _target(wanted, image)
+                bake_to(wanted, image)
             slot.link = "OBJECT"
             slot.material = wanted
         copy.hide_render = copy.hide_viewport = copy.hide_select = False
@@ -175,26 +175,29 @@ def _copy(
 
 def _bake(scene: bpy.types.Scene, items: Sequence[bpy.types.Object], image: bpy.types.Image, uv_map: str, is_normal: bool) -> None:
     """Bake all objects to one image: with the margin, and where there are several once more without, as margins cover neighbors."""
-    view_layer = scene.view_layers[0]
     margins = [max(1, MARGIN * image.size[0] // 1024)] + [0] * (len(items) > 1)
     first = True
     for margin in margins:
         for item in items:
-            layers = item.data.uv_layers
-            name = uv_map or next(layer.name for layer in layers if layer.active_render)
-            view_layer.objects.active = item
-            for other in items:
-                other.select_set(other == item, view_layer=view_layer)
-            with bpy.context.temp_override(
-                scene=scene, view_layer=view_layer, object=item, active_object=item, selected_objects=[item]
-            ):
-                bpy.ops.object.bake(
-                    type="NORMAL" if is_normal else "EMIT",
-                    normal_space="TANGENT",
-                    margin=margin,
-                    use_clear=first,
-                    uv_layer=name,
-                    target="IMAGE_TEXTURES",
-                    save_mode="INTERNAL",
-                )
+            bake_object(
+                scene,
+                item,
+                type="NORMAL" if is_normal else "EMIT",
+                normal_space="TANGENT",
+                margin=margin,
+                use_clear=first,
+                uv_layer=uv_map or next(layer.name for layer in item.data.uv_layers if layer.active_render),
+                target="IMAGE_TEXTURES",
+                save_mode="INTERNAL",
+            )
             first = False
+
+
+def bake_object(scene: bpy.types.Scene, item: bpy.types.Object, **options: object) -> None:
+    """Bake one object of a scene from `baking_scene`, with Blender's `options`. Raises RuntimeError where Cycles fails."""
+    view_layer = scene.view_layers[0]
+    view_layer.objects.active = item
+    for other in view_layer.objects:
+        other.select_set(other == item, view_layer=view_layer)
+    with bpy.context.temp_override(scene=scene, view_layer=view_layer, object=item, active_object=item, selected_objects=[item]):
+        bpy.ops.object.bake(**options)

@@ -46,13 +46,18 @@ BASES: Mapping[str, Base] = {
 
 def probe(material: bpy.types.Material, channel: str) -> bpy.types.Material:
     """Return a copy of `material` that emits `channel` in place of our groups' closures, and nothing in place of others."""
-    copy = own_copy(material, f"{material.name} ({channel})")
+    return emitting(material, channel, CHANNELS[channel])
+
+
+def emitting(material: bpy.types.Material, name: str, channel: "Channel") -> bpy.types.Material:
+    """Return a copy of `material`, called after the channel's `name`, that emits `channel` in place of each closure."""
+    copy = own_copy(material, f"{material.name} ({name})")
     copy.cycles.emission_sampling = "NONE"
     for tree in trees(copy):
         graph = TreeGraph(tree)
         for node in closures(tree):
             shader = next(output for output in node.outputs if output.type == "SHADER")
-            graph.redirect(shader, graph.emission(CHANNELS[channel](graph, node, copy)))
+            graph.redirect(shader, graph.emission(channel(graph, node, copy)))
     for node in copy.node_tree.nodes:
         if node.type == "OUTPUT_MATERIAL":
             for link in list(node.inputs["Volume"].links):
@@ -63,13 +68,14 @@ def probe(material: bpy.types.Material, channel: str) -> bpy.types.Material:
 type Channel = Callable[[TreeGraph, bpy.types.Node, bpy.types.Material], Value]
 
 
-def _base(node: bpy.types.Node) -> Base | None:
+def base_of(node: bpy.types.Node) -> Base | None:
+    """Return what the sockets of a group's node mean; None for a closure that is none of our groups."""
     return BASES.get(key_and_version(node)[0])
 
 
 def _fraction(graph: TreeGraph, node: bpy.types.Node, material: bpy.types.Material) -> Number:
     """Return the fraction of a closure that is diffuse reflection."""
-    base = _base(node)
+    base = base_of(node)
     if base is None:
         return 0.0
     fraction: Number = 1.0
@@ -83,7 +89,7 @@ def _fraction(graph: TreeGraph, node: bpy.types.Node, material: bpy.types.Materi
 
 
 def _albedo(graph: TreeGraph, node: bpy.types.Node, material: bpy.types.Material) -> Value:
-    base = _base(node)
+    base = base_of(node)
     if base is None:
         return graph.vector(0.0, 0.0, 0.0)
     color = graph.clamp(graph.color(node.inputs[base.color]), 0.0, 1.0)
@@ -91,7 +97,7 @@ def _albedo(graph: TreeGraph, node: bpy.types.Node, material: bpy.types.Material
 
 
 def _normal(graph: TreeGraph, node: bpy.types.Node, material: bpy.types.Material) -> Value:
-    if _base(node) is None:
+    if base_of(node) is None:
         return graph.vector(0.0, 0.0, 0.0)
     normal = graph.normalize(graph.linked(node.inputs["Normal"]) or graph.geometry("Normal"))
     return _encoded(graph, normal, _fraction(graph, node, material))
@@ -112,7 +118,7 @@ def decoded(rgb: array[float]) -> array[float]:
 
 
 def _diffuse(graph: TreeGraph, node: bpy.types.Node, material: bpy.types.Material) -> Value:
-    base = _base(node)
+    base = base_of(node)
     names = ("Color", "Strength") if node.type == "EMISSION" else base.emission if base else None
     light: Number = 0.0
     if names:

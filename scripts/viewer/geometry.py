@@ -24,14 +24,17 @@ type Corner = tuple[int, ...]  # all that a vertex of the viewer has, quantized:
 
 @dataclass(frozen=True)
 class Piece:
-    """A mesh where `matrix` puts it. `colors` are linear RGB of each corner, `uv` the coordinates of each in its image."""
+    """The faces of a material's `slot` of a mesh, where `matrix` puts it, in the `colors` (linear RGB) of its corners.
+
+    Or in the `image` of that number, in place of colors, of which its corners have the coordinates `uv`.
+    """
 
     mesh: bpy.types.Mesh
     matrix: Matrix
-    colors: Sequence[float]
+    slot: int = 0
+    colors: Sequence[float] = ()
     uv: Sequence[float] = ()
     image: int | None = None
-    """Which of the viewer's images it wears, in place of colors."""
 
 
 @dataclass
@@ -75,13 +78,16 @@ def _add(found: _Triangles, piece: Piece, low: Sequence[float], high: Sequence[f
     mesh.calc_loop_triangles()
     known: dict[tuple[float, ...], Corner] = {}
     order = (0, 2, 1) if piece.matrix.is_negative else (0, 1, 2)  # mirrored: its faces would look inwards
+    last = max(len(mesh.materials) - 1, 0)
     for triangle in mesh.loop_triangles:
+        if min(triangle.material_index, last) != piece.slot:  # as Blender has it
+            continue
         for side in order:
             k = triangle.loops[side]
             normal = tuple(normals[3 * k : 3 * k + 3])
             if normal not in known:
                 known[normal] = _octahedral(turned @ Vector(normal))
-            color = _quantized(piece.colors[3 * k : 3 * k + 3], (0.0,) * 3, (1.0,) * 3)
+            color = _quantized(piece.colors[3 * k : 3 * k + 3], (0.0,) * 3, (1.0,) * 3) if piece.colors else (0, 0, 0)
             place = _quantized(piece.uv[2 * k : 2 * k + 2], (uv[0],) * 2, (uv[1],) * 2) if piece.uv else (0, 0)
             corner = (*places[vertices[k]], *known[normal], *color, *place)
             found.indices.append(found.corners.setdefault(corner, len(found.corners)))

@@ -3,6 +3,7 @@
 
 import json
 from array import array
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from string import Template
@@ -18,6 +19,7 @@ from true_diffuse.scenes.five_characters import (
     FILL_RADIANCE,
     KEY_DIRECTION,
     KEY_IRRADIANCE,
+    MARGIN,
     YAW,
     Character,
     CharacterLook,
@@ -25,6 +27,7 @@ from true_diffuse.scenes.five_characters import (
 )
 from true_diffuse.scenes.subject import ALBEDO_ATTRIBUTE
 from true_diffuse.scripts.studies import pictures
+from true_diffuse.scripts.viewer.albedo import Baked, baked
 from true_diffuse.scripts.viewer.geometry import Piece, pack
 
 HERE = Path(__file__).parent
@@ -40,15 +43,15 @@ def html(stage: FiveCharacters, name: str, albedo: float) -> tuple[str, list[str
     `albedo` is that of plaster's lightest paint.
     """
     place = (AXES @ Matrix.Rotation(YAW, 3, "Z")).to_4x4()
-    pieces, notes = [plaster(stage.characters[0], albedo)], []
-    pieces = [Piece(each.mesh, place @ each.matrix, each.colors, each.uv, each.image) for each in pieces]
+    shown = Baked([plaster(stage.characters[0], albedo)], lost=[]) if stage.plain else baked(stage)
+    mesh = pack([replace(piece, matrix=place @ piece.matrix) for piece in shown.pieces])
     data = {
         "looks": [_look(character.look) for character in stage.characters],
         "light": list(AXES @ KEY_DIRECTION.normalized()),
         "irradiance": KEY_IRRADIANCE,
         "sky": FILL_RADIANCE,
         "background": BACKDROP_ALBEDO,
-        "frame": _frame(stage),
+        "frame": _frame(stage, mesh["high"][0] - mesh["low"][0]),
         "scale": {
             "colors": pictures.DIVERGING,
             "knee": pictures.SCALE_KNEE,
@@ -57,7 +60,8 @@ def html(stage: FiveCharacters, name: str, albedo: float) -> tuple[str, list[str
             "luminance": LUMINANCE,
         },
         "shaders": {name: [_shader(f"{name}_vertex"), _shader(f"{name}_fragment")] for name in ("surface", "shadow")},
-        "mesh": pack(pieces),
+        "mesh": mesh,
+        "images": shown.images,
     }
     page = Template(_text("page.html")).substitute(
         title=escape(f"The paper's characters: {name}"),
@@ -65,7 +69,7 @@ def html(stage: FiveCharacters, name: str, albedo: float) -> tuple[str, list[str
         script=_text("viewer.js"),
         data=json.dumps(data, allow_nan=False).replace("<", "\\u003c"),  # which could end the element
     )
-    return page, notes
+    return page, shown.lost
 
 
 def plaster(character: Character, albedo: float) -> Piece:
@@ -75,7 +79,7 @@ def plaster(character: Character, albedo: float) -> Piece:
     mesh.attributes[ALBEDO_ATTRIBUTE].data.foreach_get("color", paint)
     corners = array("i", bytes(4 * len(mesh.loops)))
     mesh.loops.foreach_get("vertex_index", corners)
-    return Piece(mesh, Matrix(), [albedo * value for k in corners for value in paint[4 * k : 4 * k + 3]])
+    return Piece(mesh, Matrix(), colors=[albedo * value for k in corners for value in paint[4 * k : 4 * k + 3]])
 
 
 def _look(look: CharacterLook) -> dict[str, Any]:
@@ -86,14 +90,18 @@ def _look(look: CharacterLook) -> dict[str, Any]:
     return {"label": look.label, "model": MODELS.index(type(model)), **values}
 
 
-def _frame(stage: FiveCharacters) -> dict[str, float]:
-    """Return what one character's view shows at least, up to `top`, what it is turned around, and how far its camera is, [m]."""
+def _frame(stage: FiveCharacters, widest: float) -> dict[str, float]:
+    """Return what a view shows at least of a character so wide, up to `top`, what it is turned around, and how far its camera is, [m].
+
+    As in the picture, but for the space between characters.
+    """
     settings, camera = stage.scene.render, stage.scene.camera
     _, y, z = camera.location
     width = -y * camera.data.sensor_width / camera.data.lens
     height = width * settings.resolution_y / settings.resolution_x
     top = z + camera.data.shift_y * width + height / 2.0
-    return {"width": width / len(stage.characters), "height": height, "top": top, "pivot": top - PIVOT * height, "far": -y}
+    shown = min(width / len(stage.characters), widest * (1.0 + MARGIN))
+    return {"width": shown, "height": height, "top": top, "pivot": top - PIVOT * height, "far": -y}
 
 
 def _shader(name: str) -> str:

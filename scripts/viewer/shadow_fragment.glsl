@@ -1,5 +1,13 @@
-// The depth alone is kept.
+// The depth alone is kept, of what is opaque.
+
+in vec2 uv;
+
+uniform bool has_image;
+uniform sampler2D image;
 
 void main()
 {
+    if (has_image && texture(image, uv).a < 0.5) {
+        discard;
+    }
 }

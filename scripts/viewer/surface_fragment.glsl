@@ -76,9 +76,13 @@ vec3 ambient(float mu, vec3 rho)
 
 void main()
 {
+    vec4 texel = has_image ? texture(image, uv) : vec4(paint, 1.0);
+    if (texel.a < 0.5) {
+        discard;
+    }
+    vec3 rho = texel.rgb;
     vec3 n = normalize(gl_FrontFacing ? normal : -normal);
     vec3 v = normalize(vec3(0.0, 0.0, far) - place);
-    vec3 rho = has_image ? texture(image, uv).rgb : paint;
     if (drawn == PICTURE) {
         vec3 sum = irradiance * radiance(n, v, rho) * (has_shadows ? lit() : 1.0);
         result = vec4(encoded(sum + sky * ambient(dot(n, v), rho)), 1.0);

@@ -95,7 +95,7 @@ function raised(width, height) {
 }
 
 class Scene {
-  constructor(gl, { columns, indices }) {
+  constructor(gl, { columns, indices }, images) {
     const { mesh, scale } = data;
     this.gl = gl;
     this.surface = new Program(gl, data.shaders.surface);
@@ -114,23 +114,31 @@ class Scene {
     gl.enable(gl.SCISSOR_TEST);
 
     const size = mesh.high.map((high, k) => high - mesh.low[k]);
-    this.bounds = { low: ["3fv", mesh.low], size: ["3fv", size] };
+    this.bounds = { low: ["3fv", mesh.low], size: ["3fv", size], uv_bounds: ["2fv", mesh.uv], image: ["1i", 0] };
     this.middle = mesh.low.map((low, k) => low + size[k] / 2);
     this.reach = Math.hypot(...size) / 2 + Math.abs(this.middle[1] - data.frame.pivot) + Math.hypot(this.middle[0], this.middle[2]);
     this.fixed = {
       ...this.bounds,
-      uv_bounds: ["2fv", mesh.uv],
       pivot: ["3fv", [0, data.frame.pivot, 0]],
       far: ["1f", data.frame.far],
       reach: ["1f", this.reach],
       irradiance: ["1f", data.irradiance],
-      image: ["1i", 0],
       nearest: ["1i", 1],
       diverging: ["3fv", scale.colors.flat().map((x) => x / 255)],
       not_measured: ["3fv", scale.not_measured.map((x) => x / 255)],
       luminance_weights: ["3fv", scale.luminance],
       knee: ["1f", scale.knee],
     };
+    gl.pixelStorei(gl.UNPACK_FLIP_Y_WEBGL, true); // Blender's images begin at the bottom
+    gl.pixelStorei(gl.UNPACK_COLORSPACE_CONVERSION_WEBGL, gl.NONE);
+    this.images = images.map((image) => {
+      const texture = gl.createTexture();
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, gl.RGBA, gl.UNSIGNED_BYTE, image);
+      gl.generateMipmap(gl.TEXTURE_2D);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
+      return texture;
+    });
     this.depth = gl.createTexture();
     gl.activeTexture(gl.TEXTURE1);
     gl.bindTexture(gl.TEXTURE_2D, this.depth);
@@ -147,10 +155,14 @@ class Scene {
     this.shadowed = "";
   }
 
-  triangles(each = () => {}) {
-    for (const run of data.mesh.runs) {
-      each(run);
-      this.gl.drawElements(this.gl.TRIANGLES, run.count, this.gl.UNSIGNED_INT, 4 * run.first);
+  triangles(program, uniforms) {
+    const { gl } = this;
+    program.use(uniforms);
+    gl.activeTexture(gl.TEXTURE0);
+    for (const { image, first, count } of data.mesh.runs) {
+      program.use({ has_image: ["1i", image !== null] });
+      gl.bindTexture(gl.TEXTURE_2D, this.images[image] ?? null);
+      gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 4 * first);
     }
   }
 
@@ -174,8 +186,7 @@ class Scene {
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.shadowBuffer);
     this.window(0, 0, SHADOW_SIZE, SHADOW_SIZE);
     gl.clear(gl.DEPTH_BUFFER_BIT);
-    this.shadow.use({ ...this.bounds, to_light: ["Matrix4fv", this.toLight] });
-    this.triangles();
+    this.triangles(this.shadow, { ...this.bounds, to_light: ["Matrix4fv", this.toLight] });
   }
 
   /** Draw a look into the window that is set, `width` and `height` [pixels]. */
@@ -183,7 +194,7 @@ class Scene {
     const { gl } = this;
     const light = direction(state.azimuth, state.elevation), rotation = turn(radians(state.yaw), radians(state.pitch));
     const perMeter = state.zoom * fitting(width, height), [x, y] = state.shift;
-    this.surface.use({
+    this.triangles(this.surface, {
       ...this.fixed,
       drawn: ["1i", drawn],
       model: ["1i", look.model],
@@ -196,12 +207,6 @@ class Scene {
       shift: ["2fv", [x, y + raised(width, height)]],
       has_shadows: ["1i", state.shadows],
       to_light: ["Matrix4fv", this.toLight],
-    });
-    this.triangles((run) => {
-      this.surface.use({ has_image: ["1i", run.image !== null] });
-      if (run.image === null) return;
-      gl.activeTexture(gl.TEXTURE0);
-      gl.bindTexture(gl.TEXTURE_2D, this.images[run.image]);
     });
   }
 
@@ -438,7 +443,9 @@ async function start() {
   if (!gl) return fail("This page draws with WebGL 2, which this browser lacks or has turned off. Any browser of 2022 or later has it.");
   if (!("DecompressionStream" in window)) return fail("This browser is too old for this page: it lacks DecompressionStream.");
   canvas.addEventListener("webglcontextlost", () => fail("The graphics driver has stopped. Load this page again to go on."));
-  const scene = new Scene(gl, await unpacked(data.mesh));
+  const images = data.images.map((source) => Object.assign(new Image(), { src: source }));
+  await Promise.all(images.map((image) => image.decode()));
+  const scene = new Scene(gl, await unpacked(data.mesh), images);
   let asked = 0, measuring = 0;
   const show = () => {
     asked = 0;
