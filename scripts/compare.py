@@ -284,11 +284,13 @@ def _render(
 
 def _write_viewer(renderer: "five.Renderer", item: "WorkItem", output: OutputFolder, terminal: Terminal) -> None:
     """Stage the page of a character, as it is at an item's frame; say what is not in it, and its size where that is large."""
+    from true_diffuse.scripts.studies.comparison.base import one_line
     from true_diffuse.scripts.viewer import page
 
     renderer.show(item.frame)
     name = f"{renderer.spec.prefix(replace(item, frame=None))}viewer.html"
-    text, notes = page.html(renderer.stage, item.character, renderer.spec.albedo)
+    with one_line(name):
+        text, notes = page.html(renderer.stage, item.character, renderer.spec.albedo)
     for note in notes:
         terminal.say(f"{name}: {note}")
     output.write_text(name, text)

@@ -14,6 +14,7 @@ from mathutils import Matrix
 from true_diffuse.addon.blender import glsl
 from true_diffuse.addon.models import Lambert, OrenNayar, Specular
 from true_diffuse.addon.models.color import LUMINANCE
+from true_diffuse.addon.models.registry import by_formula
 from true_diffuse.scenes.five_characters import (
     BACKDROP_ALBEDO,
     FILL_RADIANCE,
@@ -51,6 +52,7 @@ def html(stage: FiveCharacters, name: str, albedo: float) -> tuple[str, list[str
         "irradiance": KEY_IRRADIANCE,
         "sky": FILL_RADIANCE,
         "background": BACKDROP_ALBEDO,
+        "eon": _nearest_eon(),
         "frame": _frame(stage, mesh["high"][0] - mesh["low"][0]),
         "scale": {
             "colors": pictures.DIVERGING,
@@ -90,10 +92,17 @@ def _look(look: CharacterLook) -> dict[str, Any]:
     return {"label": look.label, "model": MODELS.index(type(model)), **values}
 
 
-def _frame(stage: FiveCharacters, widest: float) -> dict[str, float]:
-    """Return what a view shows at least of a character so wide, up to `top`, what it is turned around, and how far its camera is, [m].
+def _nearest_eon() -> dict[str, Any]:
+    """Return what gives the EON that glTF carries in place of Oren-Nayar: polynomials in sigma^2, and B's part in the albedo."""
+    nearest, model = by_formula(OrenNayar(1.0)).eon, OrenNayar(1.0)
+    assert nearest.is_even
+    return {"above": nearest.above, "below": nearest.below, "b_average": (model.average_albedo(1.0) - model.a) / model.b}
 
-    As in the picture, but for the space between characters.
+
+def _frame(stage: FiveCharacters, widest: float) -> dict[str, float]:
+    """Return how much a view shows at least, up to `top`, what it is turned around, and how far its camera is, all in m.
+
+    As in the picture, but for the space beside a character that is `widest` m wide.
     """
     settings, camera = stage.scene.render, stage.scene.camera
     _, y, z = camera.location

@@ -8,6 +8,9 @@ in vec2 uv;
 
 uniform int drawn, model;
 uniform float sigma;      // [radians], of Oren-Nayar
+uniform bool is_eon;      // whether the other model is the EON that glTF carries, or Lambert's
+uniform float roughness;  // of that EON
+uniform float b_average;  // of the average albedo A + b_average B of Oren-Nayar
 uniform vec2 highlight;   // weight and exponent, of standard specular
 uniform vec3 light;       // direction to it
 uniform float irradiance; // of a plane that faces it [W/m^2]
@@ -65,6 +68,18 @@ vec3 radiance(vec3 n, vec3 v, vec3 rho)
     return oren_nayar_radiance(oren_nayar_surface(n, v, rho, oren_nayar_coefficients(sigma)), light);
 }
 
+// Returns the radiance by the model that is held against the character's own.
+vec3 other_radiance(vec3 n, vec3 v, vec3 rho)
+{
+    if (!is_eon || model != OREN_NAYAR) {
+        return lambert_radiance(lambert_surface(n, v, rho), light);
+    }
+    vec2 ab = oren_nayar_coefficients(sigma);
+    vec3 arl = eon_coefficients(roughness);
+    vec3 average = rho * (ab.x + b_average * ab.y);
+    return eon_radiance(eon_surface(n, v, average / (1.0 - arl.z + average * arl.z), arl), light); // of the same average albedo
+}
+
 // Returns the radiance under a sky of radiance 1.
 vec3 ambient(float mu, vec3 rho)
 {
@@ -88,7 +103,7 @@ void main()
         result = vec4(encoded(sum + sky * ambient(dot(n, v), rho)), 1.0);
         return;
     }
-    vec3 other = lambert_radiance(lambert_surface(n, v, rho), light);
+    vec3 other = other_radiance(n, v, rho);
     bool measured = dot(n, light) > 0.0 && dot(n, v) > 0.0;
     if (drawn == ERROR) {
         float error = 3.14159265 * luminance(other - radiance(n, v, rho)) / max(luminance(rho), 1e-6);

@@ -4,7 +4,7 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const element = (id) => document.getElementById(id);
 const stage = element("stage"), canvas = element("canvas"), controls = element("controls");
-const DRAWN = { picture: 0, lambert: 1, radiance: 2, other: 3, normal: 4, view: 5, albedo: 6 }; // of surface_fragment.glsl
+const DRAWN = { picture: 0, error: 1, radiance: 2, other: 3, normal: 4, view: 5, albedo: 6 }; // of surface_fragment.glsl
 const SHADOW_SIZE = 2048, MOST_PIXELS = 2; // for each of the page's, where the screen has more
 const NEAREST = 12, FARTHEST = 0.4, STEEPEST = 85;
 const encode = (x) => (x > 0.0031308 ? 1.055 * x ** (1 / 2.4) - 0.055 : 12.92 * x); // in sRGB
@@ -84,6 +84,12 @@ function turn(yaw, pitch) {
 
 const turned = (m, v) => [0, 1, 2].map((row) => m[row] * v[0] + m[3 + row] * v[1] + m[6 + row] * v[2]);
 
+/** The roughness of the EON that comes nearest to Oren-Nayar: two polynomials in sigma^2, one over the other. */
+function eonRoughness(sigma) {
+  const [above, below] = [data.eon.above, data.eon.below].map((each) => each.reduceRight((sum, x) => sum * sigma * sigma + x, 0));
+  return Math.min(above / below, 1);
+}
+
 /** Pixels per meter at which a view of so many pixels shows the frame. */
 const fitting = (width, height) => Math.min(width / data.frame.width, height / data.frame.height);
 
@@ -123,6 +129,7 @@ class Scene {
       far: ["1f", data.frame.far],
       reach: ["1f", this.reach],
       irradiance: ["1f", data.irradiance],
+      b_average: ["1f", data.eon.b_average],
       nearest: ["1i", 1],
       diverging: ["3fv", scale.colors.flat().map((x) => x / 255)],
       not_measured: ["3fv", scale.not_measured.map((x) => x / 255)],
@@ -199,6 +206,8 @@ class Scene {
       drawn: ["1i", drawn],
       model: ["1i", look.model],
       sigma: ["1f", look.sigma ?? 0],
+      is_eon: ["1i", state.show === "eon"],
+      roughness: ["1f", eonRoughness(look.sigma ?? 0)],
       highlight: ["2fv", look.highlight ?? [0, 0]],
       light: ["3fv", turned(rotation, light)],
       sky: ["1f", state.sky ? data.sky : 0],
@@ -263,7 +272,7 @@ const aside = (x, before, after) => {
   const whole = Math.round(Math.abs(x));
   return whole ? `${whole}\u00b0 ${x < 0 ? before : after}` : "0\u00b0";
 };
-const NAMES = { lambert: "Lambert" };
+const NAMES = { lambert: "Lambert", eon: "The EON that glTF carries" };
 
 const views = data.looks.map((look) => {
   const figure = document.createElement("figure");
@@ -338,7 +347,7 @@ function draw(gl, scene) {
     const [left, top, wide, high] = inside(views[k], place).map((x) => Math.round(x * ratio));
     scene.window(left, height - top - high, wide, high);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    scene.draw(look, state, DRAWN[state.show], wide, high);
+    scene.draw(look, state, state.show === "picture" ? DRAWN.picture : DRAWN.error, wide, high);
   });
 }
 
