@@ -3,14 +3,16 @@
 
 import math
 from array import array
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from true_diffuse.addon.measure import error
-from true_diffuse.addon.models import Eon, Lambert
+from true_diffuse.addon.models import MODELS, Eon, Lambert
 from true_diffuse.scripts.characters.small.characters import material, texture
 from true_diffuse.scripts.characters.small.figure import ellipsoid, figure
 from true_diffuse.scripts.characters.small.gltf import Primitive, glb
@@ -168,3 +170,41 @@ def test_a_texture_of_roughness_is_linear_in_three_and_srgb_in_babylon(engine: e
     value = round(0.5 * 255) / 255  # 8 bits
     read = value if engine.name == engines.THREE else ((value + 0.055) / 1.055) ** 2.4
     assert rms(engine, Eon(read), SPHERE, (sun(0.0),)) < GOALS[engine.name]
+
+
+def measured(
+    engine: engines.Engine, folder: Path, subject: web.Subject, model: str, sigmas: tuple[float, ...]
+) -> Iterator[dict[str, Any]]:
+    """The records of an exported subject, drawn small, in a model of these roughnesses."""
+    subject.camera = replace(subject.camera, size=64)
+    for sigma in sigmas:
+        yield from web.measure(subject, web.Case(MODELS[model], sigma), engine, folder)
+
+
+@pytest.mark.usefixtures("exporter")
+def test_exported_eon_is_exact(engine: engines.Engine, folder: Path) -> None:
+    for record in measured(engine, folder, web.sphere(), "eon", (0.2, 0.33, 1.0)):
+        assert record["rms_error"] < GOALS[engine.name], record
+        # As a Lambert of the average albedo it would be, at 60 degrees, off by about a tenth of the roughness or more
+        assert record["before_error"] > 0.1 * record["sigma"], record
+        assert record["pixels"] > 400
+    # The base color, too, by which the error is judged, is the material's
+    found = web.surface(engine)
+    assert found.albedo[3 * 32 * 65 : 3 * 32 * 65 + 3].tolist() == pytest.approx(COLOR, abs=1e-6)
+
+
+@pytest.mark.usefixtures("exporter")
+@pytest.mark.parametrize("build", [web.sphere, web.textured], ids=["sphere", "character"])
+def test_exported_equation_1_is_the_eon_in_its_file(engine: engines.Engine, folder: Path, build: Callable) -> None:
+    subject = build(folder) if build is web.textured else build()
+    for record in measured(engine, folder, subject, "oren_nayar", (0.2, 0.33, 1.0)):
+        assert record["rms_error"] < record["nearest_error"] + 0.002, record
+        # By the numbers of scripts/fit/nearest_eon.py: nearer than before, but where the light is behind
+        assert record["light"] == "120\u00b0" or record["rms_error"] < 0.7 * record["before_error"], record
+
+
+@pytest.mark.usefixtures("exporter")
+def test_exported_character_with_textures_is_exact(engine: engines.Engine, folder: Path) -> None:
+    for record in measured(engine, folder, web.textured(folder), "eon", (0.33,)):
+        assert record["rms_error"] < GOALS[engine.name], record
+        assert record["pixels"] > 100
