@@ -43,11 +43,11 @@ class glTF2ImportUserExtension:
     def __init__(self) -> None:
         from io_scene_gltf2.io.com.gltf2_io_extensions import Extension
 
-        from .gltf.extras import DIFFUSE_ROUGHNESS
+        from .gltf.diffuse_roughness import NAME
         from .gltf.importer import Import
 
         self._import = Import()
-        self.extensions = [Extension(DIFFUSE_ROUGHNESS, {}, required=True)]  # the importer refuses what it does not know
+        self.extensions = [Extension(NAME, {}, required=True)]  # the importer refuses what it does not know
 
     def gather_import_gltf_before_hook(self, _gltf: "glTFImporter") -> None:
         self._import.begin()

@@ -315,3 +315,159 @@ def test_wrong_values_are_said_in_one_line_each(tmp_path: Path) -> None:
     assert report.take() == [f"True Diffuse: {name}: {line}" for name, (*_, line) in WRONG.items()]
     for name, (_, roughness, _) in WRONG.items():
         assert inputs(bpy.data.materials[name])["Roughness"] == roughness
+
+
+# our own files after other programs or accidents had them
+
+
+def separate(tmp_path: Path, **options: object) -> tuple[Path, dict[str, Any]]:
+    """Export as text with files beside it; returns the path and what is in it."""
+    path = tmp_path / "one.gltf"
+    save(path, export_format="GLTF_SEPARATE", **options)
+    return path, json.loads(path.read_text())
+
+
+def is_eon(material: bpy.types.Material, color: tuple[float, ...]) -> bool:
+    """Return whether a material is Rough Diffuse with the model EON, of a color."""
+    return group_node(material)[1] is ROUGH_DIFFUSE and inputs(material)["Color"] == pytest.approx([*color, 1.0])
+
+
+def remake(kind: str, extras: dict[str, Any], material: dict[str, Any]) -> str:
+    """Change a glTF material as `kind` says; returns what an import says of it, which makes nothing of the extras but for "odd"."""
+    nodes, damaged = extras["nodes"], "its extras are damaged, and glTF's values are used: "
+    match kind:
+        case "edited":
+            material["pbrMetallicRoughness"]["baseColorFactor"] = [0.25, 0.5, 0.75, 1.0]
+            return "another program has changed its base color: its nodes are made of that"
+        case "newer":
+            extras["format"] += 1
+            return f"{damaged}a newer True Diffuse has written them"
+        case "newer nodes":
+            nodes["format"] = 99
+            return f"{damaged}nodes in format 99, which a newer version has written"
+        case "text":
+            material["extras"]["trueDiffuse"] = "{}"
+            return f"{damaged}they are no object"
+        case "no nodes":
+            del extras["nodes"]
+            return f"{damaged}nodes is missing"
+        case "no list":
+            nodes["nodes"] = 3
+            return f"{damaged}'int' object is not iterable"
+        case "odd":
+            nodes["nodes"].append({"kind": "ShaderNodeOfAnother", "name": "Odd", "location": [0, 0]})
+            return "the node Odd is of an unknown kind, ShaderNodeOfAnother"
+    return ""
+
+
+def test_changed_and_damaged_extras_are_said_in_one_line_each(tmp_path: Path) -> None:
+    kinds = ("edited", "newer", "newer nodes", "text", "no nodes", "no list", "odd", "whole")
+    show(*(materials.create(kind, ROUGH_DIFFUSE, Model="EON", Color=(0.5, 0.5, 0.5, 1.0), Roughness=0.4) for kind in kinds))
+    path, file = separate(tmp_path)
+    lines = []
+    for material in file["materials"]:
+        material["extras"]["mine"] = 3
+        line = remake(material["name"], material["extras"]["trueDiffuse"], material)
+        lines += [f"True Diffuse: {material['name']}: {line}"] if line else []
+    path.write_text(json.dumps(file))
+    load(path)
+    assert sorted(report.take()) == sorted(lines)
+    for kind in kinds:
+        material = bpy.data.materials[kind]
+        assert is_eon(material, (0.25, 0.5, 0.75) if kind == "edited" else (0.5, 0.5, 0.5))
+        assert inputs(material)["Roughness"] == pytest.approx(0.4)
+        assert dict(material.items()) == {"mine": 3}
+
+
+def textured(name: str, *images: bpy.types.Image) -> bpy.types.Material:
+    """Return a material with images that nothing in glTF uses, beside one in Color."""
+    material = materials.create(name, ROUGH_DIFFUSE, Model="EON", Roughness=0.4)
+    for one in images:
+        node = material.node_tree.nodes.new("ShaderNodeTexImage")
+        node.image = one
+    link(material, node.outputs["Color"], "Color")
+    return material
+
+
+def found_images(material: str) -> list[str]:
+    nodes = bpy.data.materials[material].node_tree.nodes
+    return [node.image.name for node in nodes if node.bl_idname == "ShaderNodeTexImage" and node.image]
+
+
+def test_images_are_found_where_another_program_has_moved_or_removed_them(tmp_path: Path) -> None:
+    show(textured("One", *map(image, ("unused", "removed", "file", "color"))))
+    path, file = separate(tmp_path)
+    order = ("color", "file", "unused")
+    old = [one["name"] for one in file["images"]]
+    for texture in file["textures"]:
+        texture["source"] = order.index(old[texture["source"]])
+    by_name = {one["name"]: one for one in file["images"]}
+    file["images"] = [by_name[name] for name in order]
+    path.write_text(json.dumps(file))
+    gone = tmp_path / by_name["file"]["uri"]
+    gone.unlink()
+    load(path)
+    assert sorted(found_images("One")) == ["color", "file", "unused"]
+    assert sorted(report.take()) == [
+        f"True Diffuse: One: the image file {gone} is missing",
+        "True Diffuse: One: the image removed is missing",
+    ]
+
+
+def test_images_are_written_once_and_not_at_all_where_none_are_wanted(tmp_path: Path) -> None:
+    show(textured("One", image("a"), image("b")), textured("Two", image("b"), bpy.data.images["a"]))
+    save(tmp_path / "one.glb")
+    assert report.take() == []
+    assert sorted(one["name"] for one in document(tmp_path / "one.glb")["images"]) == ["a", "b", "b"]
+    save(tmp_path / "one.glb", export_image_format="NONE")
+    assert "images" not in document(tmp_path / "one.glb")
+    assert [line for line in report.take() if "not in the file" in line] == [
+        f"True Diffuse: {material}: the image {name} is not in the file"
+        for material, names in (("One", ("a", "b")), ("Two", ("b.001", "a")))
+        for name in names
+    ]
+
+
+def test_a_material_on_meshes_with_and_without_colors_comes_back_once(tmp_path: Path) -> None:
+    material = materials.create("One", ROUGH_DIFFUSE, Model="EON", Color=(0.5, 0.5, 0.5, 1.0))
+    for name in ("", "Paint", "Other"):
+        mesh = show(material).data
+        if name:
+            mesh.color_attributes.new(name, "BYTE_COLOR", "CORNER")
+    before = save(tmp_path / "one.glb")
+    assert load(tmp_path / "one.glb") == before
+    assert all(mesh.materials[:] == bpy.data.materials[:] for mesh in bpy.data.meshes) and len(bpy.data.meshes) == 3
+
+
+def test_an_import_is_one_step_to_undo_and_leaves_what_is_there(tmp_path: Path) -> None:
+    show(materials.create("One", ROUGH_DIFFUSE, Model="EON", Color=(0.5, 0.5, 0.5, 1.0)))
+    save(tmp_path / "one.glb")
+    empty()
+    there = materials.create("One", ROUGH_DIFFUSE, Model="Fujii")
+    there.use_fake_user = True
+    bpy.ops.ed.undo_push(message="before")
+    assert bpy.ops.import_scene.gltf(filepath=str(tmp_path / "one.glb")) == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="import")
+    assert inputs(bpy.data.materials["One"])["Model"] == "Fujii" and is_eon(bpy.data.materials["One.001"], (0.5, 0.5, 0.5))
+    assert bpy.ops.ed.undo() == {"FINISHED"}
+    assert bpy.data.materials.keys() == ["One"] and not bpy.data.meshes
+    assert bpy.ops.ed.redo() == {"FINISHED"}
+    assert is_eon(bpy.data.materials["One.001"], (0.5, 0.5, 0.5))
+
+
+def test_animated_materials_come_back_without_animation(tmp_path: Path) -> None:
+    material = materials.create("One", PRINCIPLED, Model="EON", Metallic=0.5)
+    node = group_node(material)[0]
+    for frame, value in ((1, 0.25), (20, 0.75)):
+        node.inputs["Roughness"].default_value = value
+        node.inputs["Roughness"].keyframe_insert("default_value", frame=frame)
+        node.inputs["Diffuse Roughness"].default_value = value
+        node.inputs["Diffuse Roughness"].keyframe_insert("default_value", frame=frame)
+    show(material)
+    save(tmp_path / "one.glb", export_animation_mode="SCENE", export_pointer_animation=True)
+    pointers = json.dumps(document(tmp_path / "one.glb"))
+    assert "pbrMetallicRoughness/roughnessFactor" in pointers
+    report.take()
+    load(tmp_path / "one.glb")
+    assert group_node(bpy.data.materials["One"])[1] is PRINCIPLED and inputs(bpy.data.materials["One"])["Metallic"] == 0.5
+    assert report.take() == ["True Diffuse: One: its animation is not restored"]

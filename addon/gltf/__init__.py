@@ -9,6 +9,9 @@ inputs.py     what feeds an input, in the shape that the exporter knows
 diffuse.py    the EON that stands for the reflectance model: diffuse_roughness.py writes its roughness, base_color.py its color
 animation.py  animated inputs
 losses.py     what is not in the file
+extras.py     all nodes of a material, for an import
+importer.py   one run of the importer: our materials again, of their extras
+rough_diffuse.py      materials of other programs with KHR_materials_diffuse_roughness
 """
 
 import bpy

@@ -20,6 +20,7 @@ import bpy
 
 from ..material import node_record
 from ..material.restore import NAMES, UNNAMED, kept, nodes_of
+from . import diffuse_roughness
 
 if TYPE_CHECKING:
     from io_scene_gltf2.blender.exp.material.encode_image import ExportImage
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
 KEY = "trueDiffuse"
 FORMAT = 1
-DIFFUSE_ROUGHNESS = "KHR_materials_diffuse_roughness"
 NOT_IN_FILE = "an import finds nothing of it"
 
 type Value = float | bool | str | list[float] | None
@@ -225,7 +225,7 @@ def core_values(document: "Gltf", material: "Material") -> dict[str, Value]:
         source = texture.source if texture.source is not None else (texture.extensions or {})["EXT_texture_webp"]["source"]
         return document.images[source].name
 
-    pbr, rough = material.pbr_metallic_roughness, (material.extensions or {}).get(DIFFUSE_ROUGHNESS, {})
+    pbr, rough = material.pbr_metallic_roughness, (material.extensions or {}).get(diffuse_roughness.NAME, {})
     values: dict[str, Value] = {
         "emissive factor": material.emissive_factor or [0.0, 0.0, 0.0],
         "emissive texture": image(material.emissive_texture),

@@ -14,7 +14,7 @@ import bpy
 from ..material.convert import convert_materials
 from ..material.read import group_node
 from ..models import MODELS
-from .extras import DIFFUSE_ROUGHNESS
+from .diffuse_roughness import NAME
 
 if TYPE_CHECKING:
     from io_scene_gltf2.io.com.gltf2_io import Material, TextureInfo
@@ -40,7 +40,7 @@ def convert(
     """Make of Blender's nodes ours where the extension is there; yields what is wrong with it, in words for the user."""
     from io_scene_gltf2.blender.imp.material_utils import MaterialHelper, scalar_factor_and_texture
 
-    extension = (gltf_material.extensions or {}).get(DIFFUSE_ROUGHNESS)
+    extension = (gltf_material.extensions or {}).get(NAME)
     nodes = material.node_tree.nodes
     node = next((node for node in nodes if node.bl_idname == "ShaderNodeBsdfPrincipled"), None)
     if extension is None or node is None:
