@@ -174,6 +174,7 @@ def test_without_a_graphics_driver_cycles_still_renders(tmp_path: Path) -> None:
         ("--character", "nobody"),
         ("--character", "empty.glb"),
         ("--character", "truncated.usdc"),
+        ("--character", "cut.glb"),
         ("--character", "points.obj"),
         ("--out", "a_file"),
         ("--out", "a_file/below"),
@@ -202,6 +203,8 @@ def test_without_a_graphics_driver_cycles_still_renders(tmp_path: Path) -> None:
 def test_bad_input_is_one_line_and_status_2(arguments: tuple[str, ...], tmp_path: Path) -> None:
     (tmp_path / "empty.glb").touch()
     (tmp_path / "truncated.usdc").write_bytes(b"PXR-USDC" + bytes(20))
+    whole = Path(__file__).with_name("assets").joinpath("alpha.glb").read_bytes()
+    (tmp_path / "cut.glb").write_bytes(whole[: 2 * len(whole) // 3])
     (tmp_path / "points.obj").write_text("v 0 0 0\n")
     (tmp_path / "a_file").touch()
     (tmp_path / "dangling").symlink_to("nowhere/at/all")
