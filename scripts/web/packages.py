@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The packages of package.json, fetched once by npm and kept in the user's cache."""
+"""The packages of a package.json, fetched once by npm and kept in the user's cache."""
 
 import hashlib
 import os
@@ -12,19 +12,20 @@ from pathlib import Path
 from true_diffuse.scripts.web import WebError
 
 NEEDED = Path(__file__).with_name("package.json")
+GODOT = Path(__file__).parent / "godot" / "package.json"
 MODULES = "node_modules"
 OPTIONS = ("--no-package-lock", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error")
 TIME_LIMIT = 600.0  # seconds, of a download of 60 MB
 
 
 @cache
-def node_modules() -> Path:
-    """Return the folder with the packages of package.json, fetched first where it is not in the cache.
+def node_modules(needed: Path = NEEDED) -> Path:
+    """Return the folder with the packages of a package.json, fetched first where it is not in the cache.
 
     The cache is the folder true_diffuse of $XDG_CACHE_HOME or ~/.cache. Another package.json gets another folder in it, which is
     whole or not there, whoever fetches at the same time. Raises WebError where npm is missing or fails, as without a network.
     """
-    text = NEEDED.read_bytes()
+    text = needed.read_bytes()
     kept = cache_folder() / f"npm-{hashlib.sha256(text).hexdigest()[:16]}"
     if not kept.is_dir():
         npm = shutil.which("npm")
@@ -34,7 +35,7 @@ def node_modules() -> Path:
         with tempfile.TemporaryDirectory(prefix="npm.", dir=kept.parent) as folder:
             made = Path(folder, "made")
             made.mkdir()
-            (made / NEEDED.name).write_bytes(text)
+            (made / needed.name).write_bytes(text)
             _install(npm, made)
             try:
                 made.rename(kept)
