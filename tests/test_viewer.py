@@ -2,9 +2,11 @@
 """The viewer's file without a browser: the character in it, and the GLSL. What it draws: tests/web/test_viewer.py."""
 
 import gzip
+import itertools
 import json
 import math
 from base64 import b64decode
+from pathlib import Path
 
 import bpy
 
@@ -14,9 +16,11 @@ from mathutils import Matrix, Vector
 from true_diffuse.addon.blender import glsl
 from true_diffuse.scenes import five_characters
 from true_diffuse.scripts.characters import character
-from true_diffuse.scripts.viewer import geometry, page
+from true_diffuse.scripts.characters.small.characters import BLUE, OCHER, cloth, wave
+from true_diffuse.scripts.viewer import albedo, geometry, page
 
 MOST = 65535
+ASSETS = Path(__file__).parent / "assets"
 
 
 def unpacked(mesh: dict) -> tuple[list[tuple[int, ...]], list[int]]:
@@ -94,3 +98,39 @@ def test_page_holds_the_shaders_as_they_are(monkey: bpy.types.Mesh) -> None:
     for stem in ("geometry", "lambert", "oren_nayar", "blinn_phong", "eon"):
         assert glsl.own_text(stem) in data["shaders"]["surface"][1]
     assert [look["label"] for look in data["looks"]] == [look.label for look in five_characters.looks()]
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("empty_file")
+def test_character_as_it_is_has_its_images_and_holes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    size = 64
+    monkeypatch.setattr(albedo, "RESOLUTION", size)
+    monkeypatch.setattr(albedo, "MARGIN", 1)
+    figure = character.load_figures(ASSETS / "alpha.glb", (None,), print)[None]
+    stage = five_characters.build_as_is([figure], (1280, 480))
+    before = [slot.material for each in stage.characters for part in each.parts for slot in part.material_slots]
+    baked = albedo.baked(stage)
+    assert before == [slot.material for each in stage.characters for part in each.parts for slot in part.material_slots]
+    mail = next(piece for piece in baked.pieces if piece.mesh.materials[piece.slot].name == "Mail")
+    assert mail.image is not None
+    path = tmp_path / "mail.webp"
+    path.write_bytes(b64decode(baked.images[mail.image].removeprefix("data:image/webp;base64,")))
+    image = bpy.data.images.load(str(path))
+    rgba = list(image.pixels)
+    seen = 0
+    for across, down in itertools.product(range(4), repeat=2):
+        u, v = (across + 0.5) / 4, (down + 0.5) / 4
+        start = 4 * (size * int((1.0 - v) * size) + int(u * size))  # glTF's images begin at the top
+        if rgba[start + 3] > 0.5:
+            seen += 1
+            assert rgba[start : start + 3] == pytest.approx(cloth(BLUE, OCHER)(u, v), abs=0.04)  # WebP's loss, 8 bits
+    assert seen >= 8
+    # the asset cuts off what is below 0.4 of its alpha; where that is near, its texels and ours decide otherwise
+    wrong = clear = 0
+    for k in range(size * size):
+        y, x = divmod(k, size)
+        opacity = 2.0 * wave((x + 0.5) / size, 1.0 - (y + 0.5) / size, 3, 4) - 0.2
+        if abs(opacity - 0.4) > 0.25:
+            clear += 1
+            wrong += (opacity > 0.4) != (rgba[4 * k + 3] > 0.5)
+    assert clear > 0.6 * size * size and wrong < 0.01 * clear

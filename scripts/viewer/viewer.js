@@ -311,7 +311,7 @@ function write() {
   elements.show.value = state.show;
   for (const name of ["shadows", "sky"]) elements[name].checked = state[name];
   const texts = {
-    sigma: `${state.sigma} rad (${degrees(state.sigma).toFixed(0)}\u00b0)`,
+    sigma: `${state.sigma} rad`,
     azimuth: aside(state.azimuth, "left", "right"),
     elevation: aside(state.elevation, "below", "above"),
   };
