@@ -2,9 +2,7 @@
 """glTF: our materials as Blender's exporter writes them."""
 
 import json
-import shutil
 import struct
-import subprocess
 import sys
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
@@ -21,20 +19,9 @@ from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.convert import convert_materials
 from true_diffuse.addon.material.read import group_node
 from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
+from true_diffuse.scripts.web import WebError, validator
 
 ROOT = Path(__file__).resolve().parent.parent
-VALIDATOR = "gltf-validator@2.0.0-dev.3.10"
-# Prints the errors that Khronos' validator finds in the files that it is given
-VALIDATE = """
-const validator = require("gltf-validator"), fs = require("fs"), path = require("path");
-const bytes = file => new Uint8Array(fs.readFileSync(file));
-const check = async file => {
-  const externalResourceFunction = async uri => bytes(path.join(path.dirname(file), decodeURIComponent(uri)));
-  const report = await validator.validateBytes(bytes(file), { externalResourceFunction });
-  return report.issues.messages.filter(issue => issue.severity === 0).map(issue => `${issue.pointer}: ${issue.message}`);
-};
-Promise.all(process.argv.slice(1).map(check)).then(found => console.log(JSON.stringify(found.flat())));
-"""
 COLOR = (0.9, 0.5, 0.1, 1.0)
 
 
@@ -96,35 +83,18 @@ def export(path: Path, **options: object) -> dict:
     return json.loads(data[20 : 20 + struct.unpack("<I", data[12:16])[0]])
 
 
-@pytest.fixture(scope="session")
-def validator() -> Path:
-    """The folder with Khronos' glTF validator, which npm fetches once; without node or the package the test is skipped."""
-    folder = ROOT / "build" / "npm"
-    if not shutil.which("node") or not shutil.which("npm"):
-        pytest.skip("glTF files are not validated: no node and npm here")
-    if not (folder / "node_modules" / "gltf-validator").is_dir():
-        folder.mkdir(parents=True, exist_ok=True)
-        command = ["npm", "install", "--prefix", str(folder), "--no-audit", "--no-fund", VALIDATOR]
-        result = subprocess.run(command, capture_output=True, text=True, check=False)
-        if result.returncode:
-            pytest.skip(f"glTF files are not validated: npm has no {VALIDATOR}")
-    return folder
+def errors(*files: Path) -> list[validator.Message]:
+    """Return the errors that Khronos' validator finds; without it the test is skipped, after what it has asserted before."""
+    try:
+        found = validator.messages(files)
+    except WebError as error:
+        pytest.skip(f"glTF files are not validated: {error}")
+    return [message for of_file in found for message in of_file if message.severity is validator.Severity.ERROR]
 
 
-def errors(validator: Path, *files: Path) -> list[str]:
-    """Return the errors that Khronos' validator finds."""
-    command = ["node", "-e", VALIDATE, "--", *map(str, files)]
-    return json.loads(subprocess.run(command, capture_output=True, text=True, check=True, cwd=validator).stdout)
-
-
-def assert_valid(request: pytest.FixtureRequest, *files: Path) -> None:
-    """Assert that the validator finds no error; without it the test is skipped, after what it has asserted before."""
-    assert errors(request.getfixturevalue("validator"), *files) == []
-
-
-def test_the_validator_finds_errors(validator: Path, tmp_path: Path) -> None:
+def test_the_validator_finds_errors(tmp_path: Path) -> None:
     (tmp_path / "wrong.gltf").write_text('{"asset": {"version": "2.0"}, "materials": [{"alphaMode": "HALF"}], "scene": 3}')
-    assert len(errors(validator, tmp_path / "wrong.gltf")) >= 1
+    assert errors(tmp_path / "wrong.gltf")
 
 
 def by_name(document: dict) -> dict[str, dict]:
@@ -385,7 +355,7 @@ def test_nothing_is_lost_that_the_unconverted_material_has(tmp_path: Path) -> No
     assert {name: part for name in BUILDS if (part := lost(before[name], after[name]))} == {}
 
 
-def test_the_validator_finds_no_error_in_converted_materials(tmp_path: Path, request: pytest.FixtureRequest) -> None:
+def test_the_validator_finds_no_error_in_converted_materials(tmp_path: Path) -> None:
     made = [native(name) for name in BUILDS]
     convert_materials(made, 1.0)
     for material in made:
@@ -395,7 +365,7 @@ def test_the_validator_finds_no_error_in_converted_materials(tmp_path: Path, req
     export(tmp_path / "all.glb", **options)
     files = [tmp_path / "one.glb", tmp_path / "all.glb", tmp_path / "parts.gltf"]
     bpy.ops.export_scene.gltf(filepath=str(files[2]), export_format="GLTF_SEPARATE", **options)
-    assert_valid(request, *files)
+    assert errors(*files) == []
 
 
 def test_the_file_is_as_it_was_after_an_export_and_after_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -690,7 +660,7 @@ def test_an_emission_beside_our_group_is_written(tmp_path: Path) -> None:
     assert report.take() == []
 
 
-def test_materials_of_variants_and_of_several_meshes_are_written_once(tmp_path: Path, request: pytest.FixtureRequest) -> None:
+def test_materials_of_variants_and_of_several_meshes_are_written_once(tmp_path: Path) -> None:
     first, second = rough("Lambert"), rough("EON")
     item, _ = show(first), show(first)
     preferences = bpy.context.preferences.addons["io_scene_gltf2"].preferences
@@ -705,7 +675,7 @@ def test_materials_of_variants_and_of_several_meshes_are_written_once(tmp_path: 
         preferences.KHR_materials_variants_ui = False
     assert sorted(material["name"] for material in document["materials"]) == ["EON", "Lambert"]
     assert by_name(document)["EON"]["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx(COLOR)
-    assert_valid(request, tmp_path / "one.glb")
+    assert errors(tmp_path / "one.glb") == []
 
 
 @pytest.mark.parametrize("is_override", [False, True])
@@ -771,7 +741,7 @@ NOT_HELD = {
 
 
 @pytest.mark.parametrize("bake", [False, True])
-def test_what_gltf_cannot_hold_is_said_or_baked(bake: bool, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+def test_what_gltf_cannot_hold_is_said_or_baked(bake: bool, tmp_path: Path) -> None:
     for make in NOT_HELD:
         material = rough("Lambert")
         material.name = make.__name__
@@ -788,7 +758,7 @@ def test_what_gltf_cannot_hold_is_said_or_baked(bake: bool, tmp_path: Path, requ
     assert images == ({name: f"{name} Base Color" for name in kept} if bake else kept)
     assert bake or written["noise"]["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx(COLOR)
     assert (list(bpy.data.images), list(bpy.data.scenes), list(bpy.data.objects)) == before
-    assert_valid(request, tmp_path / "one.glb")
+    assert errors(tmp_path / "one.glb") == []
 
 
 def test_a_baked_alpha_below_a_cutoff_stays_a_mask(tmp_path: Path) -> None:
@@ -849,7 +819,7 @@ def test_images_of_the_same_file_name_stay_two(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "tests" / "assets").glob("*.*")), ids=lambda path: path.stem)
-def test_characters_lose_nothing(path: Path, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+def test_characters_lose_nothing(path: Path, tmp_path: Path) -> None:
     if path.suffix == ".blend":
         bpy.ops.wm.open_mainfile(filepath=str(path))
         bpy.context.preferences.addons.new().module = "true_diffuse"
@@ -859,7 +829,7 @@ def test_characters_lose_nothing(path: Path, tmp_path: Path, request: pytest.Fix
     convert_materials(list(bpy.data.materials), 1.0)
     after = by_name(export(tmp_path / "after.glb"))
     assert {name: part for name in before if (part := lost(before[name], after[name]))} == {}
-    assert_valid(request, tmp_path / "after.glb")
+    assert errors(tmp_path / "after.glb") == []
 
 
 def test_what_cannot_be_baked_is_said_with_the_reason(tmp_path: Path) -> None:

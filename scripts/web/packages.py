@@ -12,7 +12,8 @@ from pathlib import Path
 from true_diffuse.scripts.web import WebError
 
 NEEDED = Path(__file__).with_name("package.json")
-GODOT = Path(__file__).parent / "godot" / "package.json"
+GODOT = NEEDED.parent / "godot" / NEEDED.name
+KHRONOS = NEEDED.parent / "khronos" / NEEDED.name
 MODULES = "node_modules"
 OPTIONS = ("--no-package-lock", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error")
 TIME_LIMIT = 600.0  # seconds, of a download of 60 MB
@@ -30,7 +31,7 @@ def node_modules(needed: Path = NEEDED) -> Path:
     if not kept.is_dir():
         npm = shutil.which("npm")
         if npm is None:
-            raise WebError("npm is not installed, which fetches three.js and Babylon.js")
+            raise WebError("npm is not installed, which fetches the packages")
         kept.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix="npm.", dir=kept.parent) as folder:
             made = Path(folder, "made")

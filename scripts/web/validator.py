@@ -11,9 +11,9 @@ from enum import IntEnum
 from pathlib import Path
 
 from true_diffuse.scripts.web import WebError
-from true_diffuse.scripts.web.packages import node_modules
+from true_diffuse.scripts.web.packages import KHRONOS, node_modules
 
-SCRIPT = Path(__file__).with_name("validate.cjs")
+SCRIPT = KHRONOS.with_name("validate.cjs")
 
 
 class Severity(IntEnum):
@@ -40,7 +40,7 @@ def messages(files: Sequence[Path]) -> list[list[Message]]:
     node = shutil.which("node")
     if node is None:
         raise WebError("node is not installed, which runs Khronos' validator")
-    environment = os.environ | {"NODE_PATH": str(node_modules())}
+    environment = os.environ | {"NODE_PATH": str(node_modules(KHRONOS))}
     result = subprocess.run([node, SCRIPT, *files], capture_output=True, text=True, check=False, env=environment)
     if result.returncode:
         raise WebError(f"Khronos' validator fails: {' '.join(result.stderr.split())}")
