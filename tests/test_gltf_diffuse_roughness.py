@@ -185,6 +185,16 @@ def places(name: str) -> None:
 
 
 @build
+def attribute(name: str) -> None:
+    """An image mapped by an attribute of points, which is no UV map."""
+    material = rough(name, "eon")
+    bpy.data.objects[-1].data.attributes.new("flat", "FLOAT2", "POINT")
+    node = gray(material, name, 0.5)
+    link_roughness(material, node.outputs["Color"])
+    material.node_tree.links.new(add(material, "Attribute", attribute_name="flat").outputs["Vector"], node.inputs["Vector"])
+
+
+@build
 def converted(name: str) -> None:
     material = bpy.data.materials.new(name)
     material.node_tree.nodes["Principled BSDF"].inputs["Diffuse Roughness"].default_value = 0.6
@@ -387,6 +397,10 @@ def test_tiled_images_and_uv_maps_at_other_places_are_said(written: Exported) ->
     assert written.extension("places")["diffuseRoughnessTexture"].get("texCoord", 0) == 1
     (line,) = written.said("places")
     assert line.startswith("Diffuse roughness: a UV map that is not at the same place on all meshes (Image Texture)")
+    assert written.said("attribute") == [
+        "Diffuse roughness: the attribute flat, which is no UV map, (Image Texture) is not supported, "
+        "the UV map that renders is written"
+    ]
 
 
 # ---- Animation
@@ -399,13 +413,26 @@ def test_an_animated_roughness_is_written_or_said(tmp_path: Path) -> None:
             for frame, value in ((1, 0.0), (11, 0.75)):
                 socket.default_value = value
                 socket.keyframe_insert("default_value", frame=frame)
+        textured = rough("textured", "fujii")
+        node = gray(textured, "image", 0.5)
+        place = add(textured, "Mapping", add(textured, "UVMap").outputs["UV"])
+        textured.node_tree.links.new(place.outputs["Vector"], node.inputs["Vector"])
+        product = add(textured, "Math", node.outputs["Color"], 0.5, operation="MULTIPLY")
+        link_roughness(textured, product.outputs["Value"])
+        for frame, value in ((1, 0.25), (11, 0.75)):
+            product.inputs[1].default_value = place.inputs["Location"].default_value[0] = value
+            for socket in (product.inputs[1], place.inputs["Location"]):
+                socket.keyframe_insert("default_value", frame=frame)
         document = export(tmp_path / "one.glb", export_animation_mode="SCENE", export_pointer_animation=True)
         lines = report.take()
     targets = [channel["target"] for animation in document["animations"] for channel in animation["channels"]]
-    place = [material["name"] for material in document["materials"]].index("eon")
-    assert [target["extensions"]["KHR_animation_pointer"]["pointer"] for target in targets] == [
-        f"/materials/{place}/extensions/{EXTENSION}/diffuseRoughnessFactor"
-    ]
+    names = [material["name"] for material in document["materials"]]
+    place, other = names.index("eon"), names.index("textured")
+    texture = f"/materials/{other}/extensions/{EXTENSION}/diffuseRoughnessTexture/extensions/KHR_texture_transform/offset"
+    assert sorted(target["extensions"]["KHR_animation_pointer"]["pointer"] for target in targets) == sorted(
+        [*(f"/materials/{index}/extensions/{EXTENSION}/diffuseRoughnessFactor" for index in (place, other)), texture]
+    )
     assert document["materials"][place]["extensions"][EXTENSION] == {"diffuseRoughnessFactor": 0.0}
-    (line,) = lines
-    assert line.startswith("True Diffuse: oren_nayar: Roughness: animation (Rough Diffuse) is not supported, the value at frame")
+    said = [line for line in lines if "the average albedo" not in line]
+    start = "True Diffuse: oren_nayar: Roughness: animation (Rough Diffuse) is not supported, the value at frame"
+    assert len(said) == 1 and said[0].startswith(start)

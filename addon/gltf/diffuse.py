@@ -28,8 +28,8 @@ class Diffuse:
         self.model = self.surface.reflectance
         self._seen = (1.0 - self._weight("metallic")) * (1.0 - self._weight("transmission_weight"))
         self._share = 1.0 - self._weight("subsurface_weight")  # of the model; the rest scatters as Lambert reflects
-        parameter = self.model.parameter
-        self.roughness = self.eon_roughness(self.constant(self.surface.model_parameter) if parameter else 0.0)
+        self._value = self.constant(self.surface.model_parameter) if self.model.parameter else 0.0
+        self.roughness = self.eon_roughness(self._value)
         """EON's, in [0, 1]."""
 
     def constant(self, parameter: str) -> float:
@@ -52,7 +52,7 @@ class Diffuse:
     @property
     def has_own_roughness(self) -> bool:
         """Whether EON's roughness is the model's."""
-        return self.model.eon.has_own_roughness and self._share == self._seen == 1.0
+        return self.model.eon.has_own_roughness and self._share == 1.0 and self._seen > 0.0
 
     def eon_roughness(self, value: Number, ops: Arithmetic = FLOATS) -> Number:
         """Return EON's roughness in [0, 1] for a `value` of the model's parameter."""
@@ -66,12 +66,10 @@ class Diffuse:
         """Return the base color's channel for the model's `rho`, in [0, 1].
 
         What reflects diffusely gets EON's color of the same average albedo, metal and glass keep `rho`. `value` of the model's
-        parameter is its own by default.
+        parameter is the surface's own by default.
         """
-        roughness, parameter = self.roughness, self.model.parameter
-        shape = () if parameter is None else (self.constant(self.surface.model_parameter) if value is None else value,)
-        if value is not None:
-            roughness = self.eon_roughness(value)
-        rho = clamp(rho, 0.0, 1.0)
-        albedo = self._share * self.model.formula(*shape).average_albedo(rho) + (1.0 - self._share) * rho
-        return clamp(self._seen * Eon(roughness).color(min(albedo, 1.0)) + (1.0 - self._seen) * rho, 0.0, 1.0)
+        value, rho = self._value if value is None else value, clamp(rho, 0.0, 1.0)
+        formula = self.model.formula(*([value] if self.model.parameter else []))
+        albedo = self._share * formula.average_albedo(rho) + (1.0 - self._share) * rho
+        color = Eon(self.eon_roughness(value)).color(min(albedo, 1.0))
+        return clamp(self._seen * color + (1.0 - self._seen) * rho, 0.0, 1.0)

@@ -21,6 +21,7 @@ from .inputs import OWN_VALUE, Bake, NotHeld, Product, link_image, product_of
 from .stand_in import Replaced
 
 if TYPE_CHECKING:
+    from io_scene_gltf2.blender.exp.material.search_node_tree import NodeSocket
     from io_scene_gltf2.io.com.gltf2_io import Material, TextureInfo
 
 NAME = "KHR_materials_diffuse_roughness"
@@ -64,6 +65,7 @@ def write(
     gltf_material: "Material", material: bpy.types.Material, replaced: Replaced, diffuse: Diffuse, settings: dict
 ) -> Iterator[Loss]:
     """Write the extension, but for a smooth surface; yields what it cannot hold."""
+    from io_scene_gltf2.blender.exp.material.search_node_tree import get_factor_from_socket
     from io_scene_gltf2.io.com.gltf2_io_extensions import Extension
 
     place, factor, texture = _place(replaced), diffuse.roughness, None
@@ -73,9 +75,13 @@ def write(
             texture = yield from _texture(place, found.images[0], material, settings)
         if texture:
             factor = found.factor[0] if replaced.has_eon_roughness else _line(diffuse, found.factor[0])
-    is_moving = diffuse.has_own_roughness and not place.socket.is_linked and _is_animated(replaced)
-    if is_moving:
-        settings[PATHS][f"node_tree.{place.socket.path_from_id('default_value')}"] = {"length": 1, "path": POINTER}
+    is_own = diffuse.has_own_roughness and not replaced.has_eon_roughness and not replaced.groups
+    is_moving = is_own and not place.socket.is_linked and _is_animated(replaced)
+    path = f"node_tree.{place.socket.path_from_id('default_value')}" if is_moving else None
+    if is_own and texture:
+        _, path = get_factor_from_socket(_gathered(place.socket, place), "VALUE")
+    if path:
+        settings[PATHS][path] = {"length": 1, "path": POINTER}
     if factor <= 0.0 and not (is_moving and settings["gltf_export_anim_pointer"]):
         return
     written: dict[str, float | TextureInfo] = {"diffuseRoughnessFactor": clamp(factor, 0.0, 1.0)}
@@ -135,11 +141,10 @@ def _texture(
     place: Place, image: Place, material: bpy.types.Material, settings: dict
 ) -> Generator[Loss, None, "TextureInfo | None"]:
     """Return the texture as the exporter writes those of other inputs, with its sampler, transform and UV map."""
-    from io_scene_gltf2.blender.exp.material.search_node_tree import NodeSocket
     from io_scene_gltf2.blender.exp.material.texture_info import gather_texture_info
 
     with _into_red(place, image) as socket:
-        gathered = NodeSocket(socket, [place.node.id_data, *place.groups])
+        gathered = _gathered(socket, place)
         texture, uv_map, _, _ = gather_texture_info(gathered, (gathered,), settings)
     moved, settings["current_texture_transform"] = settings["current_texture_transform"], {}
     if texture is None:
@@ -155,9 +160,19 @@ def _texture(
     if len(set(indices)) > 1:
         what = "a UV map that is not at the same place on all meshes"
         yield Loss("diffuse_roughness", image.label, what, f"that of {meshes[0].name} is written")
+    if uv_map["type"] == "Attribute" and any(uv_map["value"] not in mesh.uv_layers for mesh in meshes):
+        what = f"the attribute {uv_map['value']}, which is no UV map,"
+        yield Loss("diffuse_roughness", image.label, what, "the UV map that renders is written")
     if indices and indices[0]:
         texture.tex_coord = indices[0]
     return texture
+
+
+def _gathered(socket: bpy.types.NodeSocket, place: Place) -> "NodeSocket":
+    """Return an input of the tree that `place` is in as the exporter has it."""
+    from io_scene_gltf2.blender.exp.material.search_node_tree import NodeSocket
+
+    return NodeSocket(socket, [place.node.id_data, *place.groups])
 
 
 @contextmanager
@@ -186,4 +201,4 @@ def _is_animated(replaced: Replaced) -> bool:
     node = replaced.node
     moving = {fcurves.input_of(curve) for curve in fcurves.of_node(node.id_data, node)}
     names = {current_name(node.inputs[index].name) for index in moving if index is not None}
-    return not replaced.groups and taken_as_is(node).get(INPUT) in names
+    return taken_as_is(node).get(INPUT) in names
