@@ -105,7 +105,7 @@ def test_textured_materials_come_back_with_the_imported_mesh_s_names(options: di
     first = materials.create("Mapped", ROUGH_DIFFUSE, Model="EON", Roughness=0.4)
     nodes, links = first.node_tree.nodes, first.node_tree.links
     uv, mapping, texture, ramp = (nodes.new(f"ShaderNode{kind}") for kind in ("UVMap", "Mapping", "TexImage", "ValToRGB"))
-    uv.uv_map, texture.image, texture.extension = "Second", image("wood"), "MIRROR"
+    uv.uv_map, texture.image, texture.extension = "Second", image("wood.png"), "MIRROR"
     texture.image.colorspace_settings.name = "Linear Rec.709"
     mapping.inputs["Scale"].default_value, mapping.inputs["Rotation"].default_value = (2.0, 3.0, 1.0), (0.0, 0.0, 0.3)
     ramp.color_ramp.elements.new(0.3).color = (0.1, 0.8, 0.3, 1.0)
@@ -132,7 +132,7 @@ def test_textured_materials_come_back_with_the_imported_mesh_s_names(options: di
     (mesh,) = bpy.data.meshes
     expected = json.dumps(before).replace('"Second"', f'"{mesh.uv_layers[1].name}"')
     assert after == json.loads(expected.replace('"Paint"', f'"{mesh.color_attributes[0].name}"'))
-    for name in ("wood", "rough"):
+    for name in ("wood.png", "rough"):
         assert bpy.data.images[name].pixels[:3] == pytest.approx((0.2, 0.6, 0.4), abs=0.02 if "WEBP" in str(options) else 0.5 / 255)
 
 
@@ -471,3 +471,53 @@ def test_animated_materials_come_back_without_animation(tmp_path: Path) -> None:
     load(tmp_path / "one.glb")
     assert group_node(bpy.data.materials["One"])[1] is PRINCIPLED and inputs(bpy.data.materials["One"])["Metallic"] == 0.5
     assert report.take() == ["True Diffuse: One: its animation is not restored"]
+
+
+def test_nodes_without_a_name_take_what_rendered_and_meshes_that_disagree_are_said(tmp_path: Path) -> None:
+    material = materials.create("One", ROUGH_DIFFUSE, Model="EON")
+    nodes = material.node_tree.nodes
+    nodes.new("ShaderNodeUVMap").name = "rendered"
+    nodes.new("ShaderNodeTexImage").name = "without"
+    for name in ("Second", "_wear", "gone"):
+        node = nodes.new("ShaderNodeAttribute")
+        node.name = node.attribute_name = name
+    link(material, nodes.new("ShaderNodeVertexColor").outputs["Color"], "Color")
+    for order in (("First", "Second"), ("Second", "First")):
+        mesh = show(material).data
+        mesh.uv_layers.remove(mesh.uv_layers[0])
+        for name in order:
+            mesh.uv_layers.new(name=name)
+        mesh.uv_layers["Second"].active_render = True
+        for name in ("a", "b"):
+            mesh.color_attributes.new(name, "BYTE_COLOR", "CORNER")
+        mesh.color_attributes.render_color_index = 1
+        mesh.attributes.new("_wear", "FLOAT", "POINT")
+    save(tmp_path / "one.glb", export_attributes=True)
+    disagree = "is TEXCOORD_{} in the mesh Plane.001, an import takes TEXCOORD_{} for all meshes"
+    assert [line.removeprefix("True Diffuse: One: ") for line in report.take()] == [
+        f"what renders {disagree.format(0, 1)}",
+        f"Second {disagree.format(0, 1)}",
+        "an import will find no UV map or attribute gone",
+        "the UV map that renders is not the first: an import will take the first",
+    ]
+    load(tmp_path / "one.glb")
+    nodes = bpy.data.materials["One"].node_tree.nodes
+    assert nodes["rendered"].uv_map == "UVMap.001" and nodes["Second"].attribute_name == "UVMap.001"
+    assert nodes["_wear"].attribute_name in bpy.data.meshes[0].attributes and nodes["gone"].attribute_name == "gone"
+    assert nodes["Color Attribute"].layer_name in ("", bpy.data.meshes[0].color_attributes[0].name)  # b is COLOR_0
+
+
+def test_values_that_json_has_not_and_tiles_are_said(tmp_path: Path) -> None:
+    odd, tiled = (materials.create(name, ROUGH_DIFFUSE, Model="EON") for name in ("Odd", "Tiled"))
+    odd.node_tree.nodes.new("ShaderNodeValue").outputs[0].default_value = math.nan
+    made = bpy.data.images.new("Tiles", 4, 4, tiled=True)
+    tiled.node_tree.nodes.new("ShaderNodeTexImage").image = made
+    show(odd, tiled)
+    save(tmp_path / "one.glb")
+    assert report.take() == [
+        "True Diffuse: Odd: a value is not a number: an import will not make the nodes again",
+        "True Diffuse: Tiled: an image has tiles: an import will not make the nodes again",
+    ]
+    assert not [material for material in document(tmp_path / "one.glb")["materials"] if "extras" in material]
+    load(tmp_path / "one.glb")
+    assert all(inputs(material)["Model"] == "EON" for material in bpy.data.materials) and report.take() == []

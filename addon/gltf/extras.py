@@ -11,7 +11,7 @@
 """
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -48,7 +48,8 @@ class Names:
 
     uv: dict[str, str] = field(default_factory=dict)
     color: dict[str, str] = field(default_factory=dict)
-    messages: list[str] = field(default_factory=list)
+    disagreements: dict[str, list[str]] = field(default_factory=dict)
+    """Messages, by name."""
 
     def add(self, mesh: str, uv: Mapping[str, str], color: Mapping[str, str]) -> None:
         """Add those of one more mesh; where meshes disagree, the first counts."""
@@ -56,7 +57,13 @@ class Names:
             for name, attribute in found.items():
                 if own.setdefault(name, attribute) != attribute:
                     what = name or "what renders"
-                    self.messages.append(f"{what} is {attribute} in the mesh {mesh}, an import takes {own[name]} for all meshes")
+                    line = f"{what} is {attribute} in the mesh {mesh}, an import takes {own[name]} for all meshes"
+                    self.disagreements.setdefault(name, []).append(line)
+
+    @staticmethod
+    def used(names: Mapping[str, str], named: Collection[str]) -> dict[str, str]:
+        """Return those of `names` that are `named`, without what renders where that is the first, which renders in an import."""
+        return {name: one for name, one in sorted(names.items()) if name in named and (name or not one.endswith("_0"))}
 
 
 class Extras:
@@ -85,12 +92,12 @@ class Extras:
         layers = mesh.uv_layers[: creator.tex_coord_max]
         uv = {layer.name: f"TEXCOORD_{index}" for index, layer in enumerate(layers)}
         uv |= {name: f"TEXCOORD_{len(layers) + index}" for index, name in enumerate(creator.uvmap_attribute_list)}
-        if layers and mesh.uv_layers.active_render_index:
+        if layers:
             uv[""] = f"TEXCOORD_{mesh.uv_layers.active_render_index}"
         custom = {one["blender_name"]: one["gltf_attribute_name"] for one in creator.blender_attributes if "blender_name" in one}
         colors = {one["color"]: one["gltf_name"] for one in creator.vc_infos if not one["forced"]}
         rendered = mesh.color_attributes[mesh.color_attributes.render_color_index].name if mesh.color_attributes else ""
-        if colors.get(rendered, "COLOR_0") != "COLOR_0":
+        if rendered in colors:
             colors[""] = colors[rendered]
         for material in filter(None, creator.materials):
             self._names.setdefault(material.original.session_uid, Names()).add(mesh.name, uv, custom | colors)
@@ -119,14 +126,13 @@ class Extras:
         try:
             json.dumps(nodes, allow_nan=False)
         except ValueError:
-            yield "a value is not finite: an import will not make the nodes again"
+            yield "a value is not a number: an import will not make the nodes again"
             return
         full_names = node_record.image_names(nodes)
         if any(image.source == "TILED" for image in _found(full_names)):
             yield "an image has tiles: an import will not make the nodes again"
             return
         names = self._names.get(material.session_uid, Names())
-        yield from names.messages
         images, messages = {}, []
         for name in full_names:
             image = self._image(name, settings, messages)
@@ -134,11 +140,12 @@ class Extras:
                 images[name] = {"index": image, "name": image.name}
         yield from messages
         uv, color = _named(nodes)
-        used = {"uv": {name: names.uv[name] for name in sorted(uv & names.uv.keys())}}
-        used["color"] = {name: names.color[name] for name in sorted(color & names.color.keys())}
+        used = {"uv": names.used(names.uv, uv), "color": names.used(names.color, color)}
+        for name in sorted(uv | color):
+            yield from names.disagreements.get(name, ())
         for name in sorted((uv | color) - names.uv.keys() - names.color.keys() - {""}):
             yield f"an import will find no UV map or attribute {name}"
-        if "" in names.uv and _reads_unnamed(nodes):
+        if names.used(names.uv, {""}) and _reads_unnamed(nodes):
             yield "the UV map that renders is not the first: an import will take the first"
         data |= {"format": FORMAT, "nodes": nodes, "images": images, "names": used}
 

@@ -7,6 +7,7 @@ The importer makes its own nodes first, and animates them. They are replaced whe
 
 import math
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -17,7 +18,7 @@ from . import rough_diffuse
 from .extras import FORMAT, KEY, Value, core_values
 
 if TYPE_CHECKING:
-    from io_scene_gltf2.io.com.gltf2_io import Material
+    from io_scene_gltf2.io.com.gltf2_io import Image, Material
     from io_scene_gltf2.io.imp.gltf2_io_gltf import glTFImporter
 
 FAILURES = (RuntimeError, TypeError, ValueError, LookupError, AttributeError, ImportError, AssertionError, ArithmeticError, OSError)
@@ -87,13 +88,17 @@ class Import:
 
     def _rebuild(self, gltf: "glTFImporter", data: Mapping[str, Any], material: bpy.types.Material) -> list[str]:
         def load(name: str, settings: Mapping[str, Any], problems: list[str]) -> bpy.types.Image | None:
-            entry = data["images"].get(name)
-            image = _image(gltf, entry) if entry else None
-            if image is None:
+            found = _image(gltf, data["images"][name]) if name in data["images"] else None
+            image = bpy.data.images.get(found.blender_image_name or "") if found else None
+            if not (found and image):
                 return None
+            is_new = image.session_uid not in self._images_before
+            if is_new and image.name == Path(name).stem:  # the exporter drops the suffix of a file's name
+                image.name = name
+                found.blender_image_name = image.name
             if missing := rough_diffuse.missing_file(image):
                 problems.append(f"the image file {missing} is missing")
-            return with_settings(image, settings, problems, is_shared=image.session_uid in self._images_before)
+            return with_settings(image, settings, problems, is_shared=not is_new)
 
         names = {kind: {name: _imported(one) for name, one in data["names"][kind].items()} for kind in ("uv", "color")}
         is_animated = material.node_tree.animation_data is not None
@@ -111,8 +116,8 @@ def _convert(gltf: "glTFImporter", gltf_material: "Material", vertex_color: str 
         report.add(material.name, f"is left as Blender has it: {str(error).partition('\n')[0] or type(error).__name__}")
 
 
-def _image(gltf: "glTFImporter", entry: Mapping[str, Any]) -> bpy.types.Image | None:
-    """Return an image of the file, by its name where other programs have changed the indices; None where it is not there."""
+def _image(gltf: "glTFImporter", entry: Mapping[str, Any]) -> "Image | None":
+    """Return an image of the file, imported, by name where other programs have changed indices; None where it is not there."""
     from io_scene_gltf2.blender.imp.image import BlenderImage
 
     images, index = gltf.data.images or [], entry["index"]
@@ -122,7 +127,7 @@ def _image(gltf: "glTFImporter", entry: Mapping[str, Any]) -> bpy.types.Image | 
             return None
         index = matching[0]
     BlenderImage.create(gltf, index)
-    return bpy.data.images.get(images[index].blender_image_name or "")
+    return images[index]
 
 
 def _imported(attribute: str) -> str:
