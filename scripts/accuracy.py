@@ -31,6 +31,7 @@ from true_diffuse.scripts.cli.startup import (
     start_blender,
 )
 from true_diffuse.scripts.studies.study import Section, Step, Table, run
+from true_diffuse.scripts.web import WebError
 
 if TYPE_CHECKING:
     from true_diffuse.addon.blender.engines import Engine
@@ -199,20 +200,16 @@ def usd(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
 def web(options: Namespace, _engines: list["Engine"]) -> Iterator[Section]:
     """Hold each rough model against its formula in a glTF file, drawn by three.js and Babylon.js in a browser."""
     from true_diffuse.scripts.studies import web as study
-    from true_diffuse.scripts.web import WebError
     from true_diffuse.scripts.web.browser import browser
     from true_diffuse.scripts.web.engines import PAGES, engine
 
     study.enable_export()
     title = "RMS error after the way through glTF, light at 0, 60 and 120\u00b0 from the viewer, and three lights, in %"
-    try:
-        with ExitStack() as stack:
-            folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-            shared = stack.enter_context(browser())
-            pages = [stack.enter_context(engine(name, shared, folder)) for name in PAGES]
-            yield Section(study.steps(pages, folder, options.quick), {title: study.table})
-    except WebError as error:
-        raise BadInput(str(error)) from error
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        shared = stack.enter_context(browser())
+        pages = [stack.enter_context(engine(name, shared, folder)) for name in PAGES]
+        yield Section(study.steps(pages, folder, options.quick), {title: study.table})
 
 
 def handlers(_options: Namespace, _engines: list["Engine"]) -> Iterator[Section]:
@@ -301,12 +298,17 @@ def measure(options: Namespace, output: OutputFolder, terminal: Terminal) -> Non
     records = []
     for key in [options.only] if options.only else MEASURES:
         empty_file()  # none may inherit another's scene: `rough` ends with Open Shading Language on
-        for section in MEASURES[key](options, engines):
-            with terminal.progress(sum(step.work for step in section.steps)) as progress:
-                found = list(run(section.steps, progress))
-            for title, table in section.tables.items():
-                terminal.table(title, *table(found))
-            records += found
+        try:
+            for section in MEASURES[key](options, engines):
+                with terminal.progress(sum(step.work for step in section.steps)) as progress:
+                    found = list(run(section.steps, progress))
+                for title, table in section.tables.items():
+                    terminal.table(title, *table(found))
+                records += found
+        except (BadInput, WebError) as error:
+            if options.only:
+                raise
+            terminal.say(f"{key} is left out: {error}")
     output.write_json(options.out.name, {"records": records, "environment": environment(engines)})
     output.publish()
     terminal.say(f"Wrote {options.out}")

@@ -21,6 +21,7 @@ except ImportError:
     bars = None
 
 from true_diffuse.scripts.studies.comparison.outcomes import WorkError
+from true_diffuse.scripts.web import WebError
 
 if TYPE_CHECKING:
     from _typeshed import SupportsWrite
@@ -115,7 +116,7 @@ class Terminal:
             os.close(saved)
         with suppress(OSError):  # it was said, or nobody reads it
             self.out.close()
-        if isinstance(error, Exception) and not isinstance(error, (BadInput, OSError, WorkError)):
+        if isinstance(error, Exception) and not isinstance(error, (BadInput, OSError, WebError, WorkError)):
             self._log.seek(0)
             print("Blender's last words:", *self._log.read().decode(errors="replace").splitlines()[-LOG_LINES:], sep="\n")
         self._log.close()

@@ -11,6 +11,7 @@ from true_diffuse.scripts.cli import process
 from true_diffuse.scripts.cli.console import BadInput, Terminal, say_error, say_stopped
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.studies.comparison.outcomes import WorkError
+from true_diffuse.scripts.web import WebError
 
 if TYPE_CHECKING:
     from bpy.types import Mesh, Scene
@@ -42,7 +43,7 @@ def run_script(
                 work(output, terminal)
     except process.Stopped as stopped:
         return say_stopped(prog, left, stopped.number)
-    except (BadInput, WorkError) as error:
+    except (BadInput, WebError, WorkError) as error:
         return say_error(prog, str(error))
     except OSError as error:  # of the disk or a file, not of the code
         where = error.filename or f"{folder} or {tempfile.gettempdir()}"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from support import SCRIPTS
+from support import SCRIPTS, assert_bad_input, run_script
 from true_diffuse.scripts.web import WebError, packages
 from true_diffuse.scripts.web.browser import VARIABLE, Browser, chromium
 
@@ -100,3 +100,9 @@ def test_chromium_that_is_not_there_is_one_line(monkeypatch: pytest.MonkeyPatch,
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(WebError, match="no Chromium is installed"):
         chromium()
+
+
+def test_accuracy_without_a_browser_is_one_line_and_status_2(tmp_path: Path) -> None:
+    result = run_script("accuracy.py", "--only", "web", cwd=tmp_path, **{VARIABLE: str(tmp_path / "none")})
+    assert_bad_input(result, "accuracy.py: error: ")
+    assert "which is no program" in result.stderr and not list(tmp_path.iterdir())
