@@ -289,6 +289,8 @@ def _write_viewer(renderer: "five.Renderer", item: "WorkItem", output: OutputFol
 
     renderer.show(item.frame)
     name = f"{renderer.spec.prefix(replace(item, frame=None))}viewer.html"
+    if renderer.stage.converted:
+        terminal.say(f"Baking colors for {name}")
     with one_line(name):
         text, notes = page.html(renderer.stage, item.character, renderer.spec.albedo)
     for note in notes:

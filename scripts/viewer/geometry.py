@@ -44,7 +44,10 @@ class _Triangles:
 
 
 def pack(pieces: Sequence[Piece]) -> dict[str, Any]:
-    """Return the pieces as viewer.js takes them: bounds, numbers of vertices, runs of triangles by image, and `data` in base64."""
+    """Return the pieces as viewer.js takes them: bounds, numbers of vertices, runs of triangles by image, and `data` in base64.
+
+    Raises RuntimeError where they have more vertices than 24 bits number.
+    """
     points = [piece.matrix @ vertex.co for piece in pieces for vertex in piece.mesh.vertices]
     low = [min(values) for values in zip(*points, strict=True)]
     high = [max(values) for values in zip(*points, strict=True)]
@@ -55,6 +58,8 @@ def pack(pieces: Sequence[Piece]) -> dict[str, Any]:
         first = len(found.indices)
         _add(found, piece, low, high, (uv_low, uv_high))
         runs.append({"first": first, "count": len(found.indices) - first, "image": piece.image})
+    if len(found.corners) > 1 << 24:
+        raise RuntimeError(f"the viewer has room for {1 << 24:,} vertices, and the character has {len(found.corners):,}")
     columns = list(zip(*found.corners, strict=True))
     data = b"".join([*map(_differences, columns), _indices(found.indices)])
     return {

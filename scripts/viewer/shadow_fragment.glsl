@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // The depth alone is kept, of what is opaque.
 
 in vec2 uv;

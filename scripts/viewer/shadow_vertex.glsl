@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // A vertex of a character as the light sees it.
 
 layout(location = 0) in vec3 quantized_place;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // One pixel of a character: its picture, its error, or a number to measure by. The functions of shaders/ come before it.
 
 const int PICTURE = 0, ERROR = 1, RADIANCE = 2, OTHER = 3, NORMAL = 4, VIEW = 5, ALBEDO = 6; // what is drawn

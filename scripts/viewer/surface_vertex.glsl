@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // A vertex of a character, turned around the pivot, in front of a camera with a shifted lens. Axes: x right, y up, z to the viewer.
 
 layout(location = 0) in vec3 quantized_place;

@@ -93,11 +93,12 @@ function eonRoughness(sigma) {
 /** Pixels per meter at which a view of so many pixels shows the frame. */
 const fitting = (width, height) => Math.min(width / data.frame.width, height / data.frame.height);
 
-/** Where the pivot is in a view, from -1 at the bottom to 1: so that busts have what is spare below them, and figures around them. */
-function raised(width, height) {
+/** Where the pivot is in a view, from -1 at the bottom to 1: so that busts have what is spare below them, and figures around them.
+    Nearer, it comes to the middle. */
+function raised(width, height, zoom) {
   const { top, height: shown, pivot } = data.frame, perMeter = fitting(width, height);
   const spare = top - shown > 0 ? 0 : height - perMeter * shown;
-  return 1 - (spare + 2 * perMeter * (top - pivot)) / height;
+  return (1 - (spare + 2 * perMeter * (top - pivot)) / height) / Math.max(zoom, 1);
 }
 
 class Scene {
@@ -213,7 +214,7 @@ class Scene {
       sky: ["1f", state.sky ? data.sky : 0],
       turn: ["Matrix3fv", rotation],
       scale: ["2fv", [(2 * perMeter) / width, (2 * perMeter) / height]],
-      shift: ["2fv", [x, y + raised(width, height)]],
+      shift: ["2fv", [x, y + raised(width, height, state.zoom)]],
       has_shadows: ["1i", state.shadows],
       to_light: ["Matrix4fv", this.toLight],
     });
@@ -265,14 +266,15 @@ const initial = {
 };
 const state = { ...initial };
 const looks = () => [...data.looks.slice(0, -1), { ...data.looks.at(-1), sigma: state.sigma }];
-const label = (look) => look.label.replace(/=.*/, `= ${Number((look.sigma ?? 0).toFixed(4))}`);
+const digits = (x) => Number(x.toFixed(4));
+const label = (look) => look.label.replace(/=.*/, `= ${digits(look.sigma ?? 0)}`);
 const percent = (x) => (Number.isNaN(x) ? "\u2013" : `${(100 * x).toFixed(x < 0.1 ? 2 : 1)} %`);
 const marked = (x) => (x === 0 ? "0" : `${x < 0 ? "\u2212" : "+"}${Math.abs(100 * x)} %`);
 const aside = (x, before, after) => {
   const whole = Math.round(Math.abs(x));
   return whole ? `${whole}\u00b0 ${x < 0 ? before : after}` : "0\u00b0";
 };
-const NAMES = { lambert: "Lambert", eon: "The EON that glTF carries" };
+const NAMES = { lambert: "Lambert", eon: "The diffuse reflection that glTF carries, an EON," };
 
 const views = data.looks.map((look) => {
   const figure = document.createElement("figure");
@@ -311,7 +313,7 @@ function write() {
   elements.show.value = state.show;
   for (const name of ["shadows", "sky"]) elements[name].checked = state[name];
   const texts = {
-    sigma: `${state.sigma} rad`,
+    sigma: `${digits(state.sigma)} rad`,
     azimuth: aside(state.azimuth, "left", "right"),
     elevation: aside(state.elevation, "below", "above"),
   };
@@ -383,13 +385,15 @@ function listen(changed) {
   };
   /** Zoom around a point of the page, or the pivot. */
   const zoom = (factor, x, y) => {
-    const [width, height] = size(), up = raised(width, height), before = state.zoom;
+    const [width, height] = size(), before = state.zoom, rise = () => raised(width, height, state.zoom);
     const view = views.map((each) => each.querySelector(".view").getBoundingClientRect())
       .find((own) => x >= own.left && x < own.right && y >= own.top && y < own.bottom);
+    const [across, up] = [state.shift[0], state.shift[1] + rise()]; // where the pivot is
     state.zoom = Math.max(FARTHEST, Math.min(NEAREST, state.zoom * factor));
     if (!view) return;
-    const kept = [(2 * (x - view.left)) / width - 1, 1 - (2 * (y - view.top)) / height - up];
-    state.shift = state.shift.map((each, k) => kept[k] + ((each - kept[k]) * state.zoom) / before);
+    const kept = [(2 * (x - view.left)) / width - 1, 1 - (2 * (y - view.top)) / height];
+    const [a, b] = [across, up].map((each, k) => kept[k] + ((each - kept[k]) * state.zoom) / before);
+    state.shift = [a, b - rise()];
   };
   /** How far two fingers are apart, and the point between them. */
   const fingers = () => {
