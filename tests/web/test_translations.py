@@ -4,6 +4,8 @@
 HLSL gets there as SPIR-V, by Khronos' compiler, and from that as WGSL.
 """
 
+import random
+import re
 import shutil
 import subprocess
 from collections.abc import Iterator, Sequence
@@ -13,7 +15,9 @@ from pathlib import Path
 import pytest
 
 from support import CountedProgress
-from true_diffuse.addon.blender.glsl import includes
+from true_diffuse.addon.blender.glsl import SHADERS, includes
+from true_diffuse.addon.models import OrenNayar
+from true_diffuse.addon.models.vector import from_polar
 from true_diffuse.scripts.cli.console import BadInput
 from true_diffuse.scripts.release import shaders
 from true_diffuse.scripts.studies import reference_mpmath, stability_glsl
@@ -24,6 +28,7 @@ from true_diffuse.scripts.web.browser import Browser, Page
 pytestmark = pytest.mark.web
 
 COUNT = 2000
+type Row = tuple[Sequence[float], ...]
 WGSL = """
 @group(0) @binding(0) var<storage, read> rows: array<vec4<f32>>;
 @group(0) @binding(1) var<storage, read_write> values: array<vec4<f32>>;
@@ -91,34 +96,30 @@ def page(browser: Browser) -> Iterator[Page]:
         yield made
 
 
-@pytest.fixture(scope="module", params=shaders.LANGUAGES)
-def records(request, page: Page, tmp_path_factory: pytest.TempPathFactory) -> list[dict]:
-    """What `stability` finds of a language."""
-    language = request.param
+@pytest.fixture(scope="module")
+def files() -> dict[str, dict[str, str]]:
+    """The translations by language and stem."""
     try:
-        files = shaders.translated(language)
+        return {language: shaders.translated(language) for language in shaders.LANGUAGES}
     except BadInput as error:
         pytest.skip(str(error))
-    if language == "hlsl" and shutil.which("glslangValidator") is None:
-        pytest.skip("glslangValidator is not installed, Khronos' compiler of HLSL")
-    folder = tmp_path_factory.mktemp(language)
 
-    def evaluate(stem: str, call: str, rows: Sequence[tuple[Sequence[float], ...]]) -> list[tuple[float, ...]]:
-        functions = "\n".join(files[name] for name in (*includes(stem), stem))
-        code = functions + (WGSL.replace("CALL", call) if language == "wgsl" else HLSL.replace("CALL", call))
-        if language == "hlsl":
-            code = from_hlsl(code.replace("vec3(a.w)", "a.www"), folder)
-        # JSON has neither infinity nor NaN
-        numbers = [str(x).replace("inf", "Infinity") for row in rows for vector in row for x in (*vector, 0.0)[:4]]
-        values = page.floats(COMPUTE, [code, numbers])
-        return [tuple(values[i : i + 3]) for i in range(0, len(values), 4)]
 
-    quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
-    return list(run(stability_glsl.stability(reference_mpmath.radiance, quick, COUNT, language, evaluate), CountedProgress()))
+def compute(page: Page, language: str, functions: str, call: str, rows: Sequence[Row], folder: Path) -> list[tuple[float, ...]]:
+    """What `evaluate_functions` of glsl_values.py does, with `functions` and `call` in a language."""
+    code = functions + {"wgsl": WGSL, "hlsl": HLSL}[language].replace("CALL", call)
+    if language == "hlsl":
+        code = from_hlsl(code, folder)
+    # JSON has neither infinity nor NaN
+    numbers = [str(x).replace("inf", "Infinity") for row in rows for vector in row for x in (*vector, 0.0)[:4]]
+    values = page.floats(COMPUTE, [code, numbers])
+    return [tuple(values[i : i + 3]) for i in range(0, len(values), 4)]
 
 
 def from_hlsl(code: str, folder: Path) -> str:
     """A compute shader in WGSL, by way of SPIR-V."""
+    if shutil.which("glslangValidator") is None:
+        pytest.skip("glslangValidator is not installed, Khronos' compiler of HLSL")
     hlsl, binary, wgsl = (folder / f"shader.{kind}" for kind in ("hlsl", "spv", "wgsl"))
     hlsl.write_text(code)
     subprocess.run(
@@ -128,13 +129,48 @@ def from_hlsl(code: str, folder: Path) -> str:
     return wgsl.read_text()
 
 
-def test_translation_is_as_near_its_formula_as_the_glsl(records: list[dict]) -> None:
+@pytest.mark.parametrize("language", shaders.LANGUAGES)
+def test_translation_is_as_near_its_formula_as_the_glsl(
+    language: str, files: dict[str, dict[str, str]], page: Page, tmp_path: Path
+) -> None:
+    def evaluate(stem: str, call: str, rows: Sequence[Row]) -> list[tuple[float, ...]]:
+        functions = "\n".join(files[language][name] for name in (*includes(stem), stem))
+        return compute(page, language, functions, call.replace("vec3(a.w)", "a.www"), rows, tmp_path)
+
+    quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
+    steps = stability_glsl.stability(reference_mpmath.radiance, quick, COUNT, language, evaluate)
+    records = list(run(steps, CountedProgress()))
     assert {record["model"] for record in records} == {shader.model for shader in stability_glsl.DRAWN}
     for record in records:
         # as test_shaders.py has it of the GLSL
         assert record["outside"] == record["conditioned"], record
         assert record["share_within"] > 0.99
         assert record["finite"]
+
+
+def example(engine: str, hlsl: dict[str, str]) -> str:
+    """The HLSL of shaders/README.md for an engine, which calls the function `shade` here."""
+    (block,) = re.findall(rf"### {engine}\n.*?```hlsl\n(.*?)```", (SHADERS / "README.md").read_text(), re.DOTALL)
+    parameters = "float3 Normal, float3 View, float3 Light, float3 Albedo, float Sigma, float3 Irradiance"
+    if engine == "Unity":
+        body = "float3 Radiance;\nOrenNayar_float(Normal, View, Light, Albedo, Sigma, Irradiance, Radiance);\nreturn Radiance;\n"
+        functions = re.sub(r'#include "hlsl/(\w+)\.hlsl"', lambda match: hlsl[match[1]], block)
+    else:
+        body, functions = block, hlsl["geometry"] + hlsl["oren_nayar"]
+    return f"{functions}\nfloat3 shade({parameters})\n{{\n{body}}}\n"
+
+
+@pytest.mark.parametrize("engine", ["Unity", "Unreal"])
+def test_readme_s_hlsl_is_equation_1(engine: str, files: dict[str, dict[str, str]], page: Page, tmp_path: Path) -> None:
+    dice, model, n = random.Random(3), OrenNayar(0.33), (0.0, 0.0, 1.0)
+    rows = [tuple(from_polar(dice.uniform(0.1, 1.0), dice.uniform(0.0, 6.0)) for _ in range(3)) for _ in range(50)]
+    call = "shade(float3(0.0, 0.0, 1.0), b.xyz, a.xyz, float3(0.8, 0.5, 0.2), 0.33, float3(3.0, 2.0, 1.0))"
+    values = compute(page, "hlsl", example(engine, files["hlsl"]), call, rows, tmp_path)
+    for (l, v, _), value in zip(rows, values, strict=True):
+        # 2e-5, as the README says
+        assert value == pytest.approx(
+            [e * model.radiance(n, l, v, rho) for e, rho in ((3.0, 0.8), (2.0, 0.5), (1.0, 0.2))], rel=2e-5
+        )
 
 
 def test_compiler_s_complaint_is_one_line(page: Page) -> None:
