@@ -15,12 +15,13 @@ from pathlib import Path
 import pytest
 
 from support import CountedProgress
-from true_diffuse.addon.blender.glsl import SHADERS, includes
-from true_diffuse.addon.models import OrenNayar
+from true_diffuse.addon.blender.glsl import SHADERS, includes, source
+from true_diffuse.addon.models import MODELS, OrenNayar, ReflectanceModel
 from true_diffuse.addon.models.vector import from_polar
 from true_diffuse.scripts.cli.console import BadInput
 from true_diffuse.scripts.release import shaders
 from true_diffuse.scripts.studies import reference_mpmath, stability_glsl
+from true_diffuse.scripts.studies.glsl_values import evaluate_functions
 from true_diffuse.scripts.studies.study import run
 from true_diffuse.scripts.web import WebError
 from true_diffuse.scripts.web.browser import Browser, Page
@@ -133,12 +134,12 @@ def from_hlsl(code: str, folder: Path) -> str:
 def test_translation_is_as_near_its_formula_as_the_glsl(
     language: str, files: dict[str, dict[str, str]], page: Page, tmp_path: Path
 ) -> None:
-    def evaluate(stem: str, call: str, rows: Sequence[Row]) -> list[tuple[float, ...]]:
+    def translated(stem: str, call: str, rows: Sequence[Row]) -> list[tuple[float, ...]]:
         functions = "\n".join(files[language][name] for name in (*includes(stem), stem))
         return compute(page, language, functions, call.replace("vec3(a.w)", "a.www"), rows, tmp_path)
 
     quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
-    steps = stability_glsl.stability(reference_mpmath.radiance, quick, COUNT, language, evaluate)
+    steps = stability_glsl.stability(reference_mpmath.radiance, quick, COUNT, language, translated)
     records = list(run(steps, CountedProgress()))
     assert {record["model"] for record in records} == {shader.model for shader in stability_glsl.DRAWN}
     for record in records:
@@ -146,6 +147,42 @@ def test_translation_is_as_near_its_formula_as_the_glsl(
         assert record["outside"] == record["conditioned"], record
         assert record["share_within"] > 0.99
         assert record["finite"]
+
+
+def albedo(model: ReflectanceModel) -> str:
+    """The ambient term for the inputs of `test_rest_is_as_the_glsl`."""
+    coefficients = f", {model.id}_coefficients(b.w)" if model.parameter else ""
+    return f"{model.id}_albedo(a.x, b.xyz{coefficients})"
+
+
+# Beside the models' radiance; functions that have no names of their own in a translation
+CALLS = [
+    *map(albedo, MODELS.values()),
+    "blinn_phong_albedo(a.x, b.xyz, a.y, 50.0 * b.w)",
+    "vec3(coat_highlight(coat_surface(c.xyz, b.xyz, a.y), b.zxy), coat_fresnel(a.x, a.y, 1.0 + a.z), coat_alpha(a.y))",
+    "vec3(ggx_dielectric(a.x, 1.1 + a.y), ggx_dielectric_mean(1.1 + a.y), ggx_grazing(a.x, 1.1 + a.y))",
+    "ggx_multiple(b.xyz, a.x, a.y)",
+    "vec3(sheen_radiance(sheen_lobe(c.xyz, b.xyz, a.y), b.zxy), sheen_albedo(a.x, 0.01 + 0.9 * a.y), 0.0)",
+    "burley_profile(a.x, b.xyz)",
+    "burley_d(b.xyz, c.xyz)",
+    "vec3(burley_radius(a.x, b.x), burley_radius(a.y, b.y), burley_radius(0.001 * a.z, b.z))",
+]
+
+
+@pytest.mark.usefixtures("driver")
+@pytest.mark.parametrize("language", shaders.LANGUAGES)
+@pytest.mark.parametrize("call", CALLS)
+def test_rest_is_as_the_glsl(call: str, language: str, files: dict[str, dict[str, str]], page: Page, tmp_path: Path) -> None:
+    dice = random.Random(4)
+    vectors = [tuple(dice.uniform(0.05, 0.95) for _ in range(4)) for _ in range(400)]
+    rows = [(a, b, (0.0, 0.6, 0.8, 0.0)) for a, b in zip(vectors[::2], vectors[1::2], strict=True)]
+    functions = "\n".join(files[language].values())
+    values = compute(page, language, functions, call.replace("vec3(", "float3(") if language == "hlsl" else call, rows, tmp_path)
+    expected = evaluate_functions(source(*shaders.stems()), call, rows)
+    assert len({value for row in expected for value in row}) > 100
+    for value, other in zip(values, expected, strict=True):
+        # Both drivers may be off by the last bits of exp, log and pow, which make 1e-6, and differences of such numbers more
+        assert value == pytest.approx(other, rel=2e-5, abs=1e-6)
 
 
 def example(engine: str, hlsl: dict[str, str]) -> str:
