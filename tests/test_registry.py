@@ -15,8 +15,11 @@ from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.glsl import source
 from true_diffuse.addon.closures.lobe import PAIR
 from true_diffuse.addon.closures.lobes import Rendered
+from true_diffuse.addon.gltf.diffuse import Diffuse
+from true_diffuse.addon.gltf.stand_in import Replaced
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.expression import Constant
+from true_diffuse.addon.material.read import group_node
 from true_diffuse.addon.material.summary import material_summary, stated_error
 from true_diffuse.addon.material.surface import Surface
 from true_diffuse.addon.models import (
@@ -314,6 +317,13 @@ def test_new_model_has_a_nearest_closure_in_usd() -> None:
     assert nearest.color(0.6) == pytest.approx(0.6 * 0.64, rel=1e-12)  # (2 / 2.5)^2
 
 
+@pytest.mark.usefixtures("minnaert")
+def test_new_model_has_the_nearest_eon_in_gltf() -> None:
+    node = group_node(clay())[0]
+    diffuse = Diffuse(Replaced(node, node, ()))
+    assert diffuse.roughness == 0.0 and diffuse.color(0.6) == pytest.approx(0.6 * 0.64, rel=1e-12)  # as in USD
+
+
 def test_panel_states_the_error_of_the_new_model(minnaert: ReflectanceModel) -> None:
     bpy.context.scene.render.engine = engines.CYCLES.identifier
     summary = material_summary(clay())
@@ -350,6 +360,7 @@ UNKNOWN = {
     "glsl": lambda: source("phong"),
     "realtime": lambda: glsl_model(by_label("Phong")),
     "usd": lambda: Nearest("Phong", USUAL),
+    "gltf": lambda: Surface("phong").reflectance,
     "referee": lambda: reference_mpmath.radiance("phong", NORMAL, NORMAL, NORMAL, 1.0),
 }
 

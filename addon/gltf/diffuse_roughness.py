@@ -82,7 +82,8 @@ def write(
         _, path = get_factor_from_socket(_gathered(place.socket, place), "VALUE")
     if path:
         settings[PATHS][path] = {"length": 1, "path": POINTER}
-    if factor <= 0.0 and not (is_moving and settings["gltf_export_anim_pointer"]):
+    is_smooth = factor <= 0.0 and not (is_moving and settings["gltf_export_anim_pointer"])
+    if is_smooth or "KHR_materials_unlit" in gltf_material.extensions:
         return
     written: dict[str, float | TextureInfo] = {"diffuseRoughnessFactor": clamp(factor, 0.0, 1.0)}
     if texture:

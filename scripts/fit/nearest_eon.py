@@ -80,6 +80,13 @@ def eon_error(roughness: float, model: Formula, rhos: Sequence[float] = RHOS, li
     return math.sqrt(sum(error * error for error in errors) / len(rhos))
 
 
+def brightest_error(roughness: float, model: Formula, rho: float = 0.5) -> tuple[float, float]:
+    """Return the least error of EON in any color, and how far that one's albedo is off, as fractions."""
+    eon = Eon(roughness)
+    color = least(lambda color: sphere_error(eon, color, model, rho), 0.0, 1.0)
+    return sphere_error(eon, color, model, rho), eon.average_albedo(color) / model.average_albedo(rho) - 1.0
+
+
 def albedo_error(roughness: float, model: Formula, rho: float = 0.5) -> float:
     """Return the RMS error of the directional albedo, over views in proportion to N.V, as a fraction."""
     eon = Eon(roughness)
@@ -122,12 +129,12 @@ def lines() -> Iterator[str]:
     """Yield the table, errors in %.
 
     It has EON's roughness as registered and the nearest; the errors of these two and of Lambert; those of the registered one and of
-    Lambert in directional albedo; how far off the albedo is where a reader lacks the extension, for rho = 0.5; and the first error
-    by degrees between light and viewer.
+    Lambert in directional albedo; for rho = 0.5 how far off the albedo is where a reader lacks the extension, and the least error
+    in any color, with how far off that is in albedo; and the first error by degrees between light and viewer.
     """
     yield (
         f"{'Model':20}{'Value':>6}{'EON':>7}{'Nearest':>8} {'Error':>7} {'Nearest':>7} {'Lambert':>7} {'Albedo':>7} {'Lambert':>7}"
-        f"{'Without':>8}   0 / 60 / 120"
+        f"{'Without':>8} {'In any color':>13}   0 / 60 / 120"
     )
     for model in MODELS.values():
         for value in values(model.parameter):
@@ -138,8 +145,10 @@ def lines() -> Iterator[str]:
             albedos = " ".join(f"{100.0 * albedo_error(roughness, formula):7.2f}" for roughness in (used, 0.0))
             albedo = formula.average_albedo(0.5)
             without = 100.0 * (Eon(used).color(albedo) / albedo - 1.0)
+            least_error, off = (100.0 * each for each in brightest_error(used, formula))
             shown = f"{value:g}" if model.parameter else ""
-            yield f"{model.label:20}{shown:>6}{used:7.3f}{best:8.3f} {errors} {albedos}{without:+8.1f}   {by_light}"
+            color = f"{without:+8.1f} {least_error:7.2f}{off:+6.1f}"
+            yield f"{model.label:20}{shown:>6}{used:7.3f}{best:8.3f} {errors} {albedos}{color}   {by_light}"
 
 
 def main() -> int:
