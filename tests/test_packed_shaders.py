@@ -94,6 +94,11 @@ def test_archive_is_whole_and_always_the_same(tmp_path: Path) -> None:
     assert len(names) == len(set(names))
 
 
+@pytest.mark.parametrize("page", [SHADERS / "README.md", SCRIPTS / "README.md", SCRIPTS.parent / ".ci" / "run"])
+def test_page_names_the_version_of_naga(page: Path) -> None:
+    assert set(re.findall(r"naga-cli\s+--version (\S+)", page.read_text())) == {shaders.NAGA}
+
+
 def fake_naga(folder: Path, version: str) -> str:
     """A PATH with a program naga alone, which only tells its version."""
     program = folder / "naga"
