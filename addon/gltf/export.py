@@ -22,6 +22,7 @@ from .extras import Extras
 from .stand_in import Replaced, StandIn, StandIns, holds_ours
 
 if TYPE_CHECKING:
+    from io_scene_gltf2.blender.exp.primitive_extract import PrimitiveCreator
     from io_scene_gltf2.io.com.gltf2_io import Material
 
 FAILURES = (RuntimeError, TypeError, ValueError, LookupError, AttributeError, ImportError, ArithmeticError, OSError, ReferenceError)
@@ -37,7 +38,7 @@ class Export:
     def begin(self) -> None:
         """Get ready for the export that is about to run."""
         try:
-            read_stand_ins(self._stand_ins, self._make, self.extras.add_mesh)
+            read_stand_ins(self._stand_ins, self._make, self._note_mesh)
         except FAILURES as error:
             report.add("glTF", f"True Diffuse materials are left as Blender has them: {error}")
 
@@ -66,6 +67,13 @@ class Export:
             found += losses.of_animation(material.original, moving)
         for loss in dict.fromkeys(found):
             report.add(material.name, str(loss))
+
+    def _note_mesh(self, creator: "PrimitiveCreator") -> None:
+        try:
+            self.extras.add_mesh(creator)
+        except FAILURES as error:
+            reason = error or type(error).__name__
+            report.add(creator.blender_mesh.name, f"an import will not know its UV maps and attributes: {reason}")
 
     def write_extras(self, settings: dict) -> None:
         """Write what an import makes our materials again of, when all materials and meshes are gathered."""

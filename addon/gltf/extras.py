@@ -96,9 +96,9 @@ class Extras:
             uv[""] = f"TEXCOORD_{mesh.uv_layers.active_render_index}"
         custom = {one["blender_name"]: one["gltf_attribute_name"] for one in creator.blender_attributes if "blender_name" in one}
         colors = {one["color"]: one["gltf_name"] for one in creator.vc_infos if not one["forced"]}
-        rendered = mesh.color_attributes[mesh.color_attributes.render_color_index].name if mesh.color_attributes else ""
-        if rendered in colors:
-            colors[""] = colors[rendered]
+        rendered = mesh.color_attributes.render_color_index
+        if rendered >= 0 and mesh.color_attributes[rendered].name in colors:
+            colors[""] = colors[mesh.color_attributes[rendered].name]
         for material in filter(None, creator.materials):
             self._names.setdefault(material.original.session_uid, Names()).add(mesh.name, uv, custom | colors)
 
@@ -156,7 +156,7 @@ class Extras:
             self._images[name] = _written(image, settings) if settings["gltf_image_format"] != "NONE" else None
         if self._images.get(name) is None:
             messages.append(f"the image {name} is not in the file")
-        elif image and image.is_float:
+        elif image and image.is_float and (image.source != "FILE" or image.file_format != "PNG"):  # one of 16 bits goes as it is
             messages.append(f"the image {name} has 8 bits a channel in the file")
         return self._images.get(name)
 
