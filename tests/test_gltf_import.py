@@ -32,20 +32,32 @@ from true_diffuse.addon.nodes.rough_diffuse import QUALITIES
 from true_diffuse.scenes.sphere import sphere_under_sun
 
 
-@pytest.fixture(autouse=True)
-def hook() -> Iterator[None]:
-    """A file with nothing in it, and the extension among the add-ons that exporter and importer ask."""
-    empty()
+@pytest.fixture(scope="module", autouse=True)
+def addon() -> Iterator[None]:
+    """The extension among the add-ons that exporter and importer ask, in a file with nothing in it."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    enable()
     properties.register()
-    report.take()
     yield
     properties.unregister()
+    bpy.context.preferences.addons.remove(bpy.context.preferences.addons["true_diffuse"])
+
+
+@pytest.fixture(autouse=True)
+def new_file() -> None:
+    empty()
+    report.take()
+
+
+def enable() -> None:
+    bpy.context.preferences.addons.new().module = "true_diffuse"
 
 
 def empty() -> None:
-    """Start from a file with nothing in it."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    bpy.context.preferences.addons.new().module = "true_diffuse"
+    """Remove all but our node groups, which take longest to make, from the file."""
+    data = bpy.data
+    blocks = (data.objects, data.meshes, data.materials, data.images, data.lights, data.cameras, data.actions)
+    data.batch_remove([block for kind in blocks for block in kind])
 
 
 def load(path: Path) -> dict[str, Record]:
@@ -278,6 +290,7 @@ def test_other_layers_stay_as_blender_imports_them(tmp_path: Path) -> None:
     assert all(group_node(material)[1] is PRINCIPLED for material in bpy.data.materials)
     bpy.context.preferences.addons.remove(bpy.context.preferences.addons["true_diffuse"])
     assert bpy.ops.import_scene.gltf(filepath=str(path)) == {"FINISHED"}
+    enable()
     for name, factor in (("Layered", 0.75), ("Glossy", 0.6)):
         expected = inputs(bpy.data.materials[f"{name}.001"])
         expected["Subsurface Scale"] *= 1000.0  # mm
