@@ -47,20 +47,24 @@ compare = partial(run_script, "compare.py")
 @pytest.mark.render
 def test_comparison_end_to_end(tmp_path: Path, eevee_runs_here: bool) -> None:
     engines = ["eevee", "cycles", "realtime"] if eevee_runs_here else ["cycles"]
-    result = compare("--resolution", "480x180", "--samples", "4", "--out", "out", "--save-blend", cwd=tmp_path)
+    result = compare("--resolution", "480x180", "--samples", "4", "--out", "out", "--save-blend", "--web", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     assert "Oren-Nayar" in result.stdout and "100 %" in result.stdout
 
     folder = tmp_path / "out"
     pictures = [f"{kind}_{engine}.png" for engine in engines for kind in ("five", "error")]
     linear = [f"five_{engine}.exr" for engine in engines]
-    assert sorted(path.name for path in folder.iterdir()) == sorted([*pictures, *linear, "compare.json", "five.blend"])
+    assert sorted(path.name for path in folder.iterdir()) == sorted(
+        [*pictures, *linear, "compare.json", "five.blend", "viewer.html"]
+    )
     files = [str(folder / name) for name in [*pictures, *linear]]
     seen = subprocess.run([sys.executable, "-c", INSPECT, *files], capture_output=True, text=True, check=True).stdout.splitlines()
     for line in seen:
         name, width, height, channels, finite = line.split()
         assert (int(width), int(channels), finite) == (480, 3 if name.endswith("exr") else 4, "True")
         assert int(height) == 180 if name.endswith("exr") else int(height) > 180  # captions below
+
+    assert (folder / "viewer.html").stat().st_size < 3_000_000  # tests/test_viewer.py and tests/web hold what is in it
 
     document = json.loads((folder / "compare.json").read_text())
     assert set(document) == {"records", "environment", "options"} | ({"realtime_from_cycles"} if eevee_runs_here else set())

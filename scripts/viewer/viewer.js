@@ -6,6 +6,7 @@ const element = (id) => document.getElementById(id);
 const stage = element("stage"), canvas = element("canvas"), controls = element("controls");
 const DRAWN = { picture: 0, error: 1, radiance: 2, other: 3, normal: 4, view: 5, albedo: 6 }; // of surface_fragment.glsl
 const SHADOW_SIZE = 2048, MOST_PIXELS = 2; // for each of the page's, where the screen has more
+const NARROWEST = 112; // pixels of a view, for the caption on one line
 const NEAREST = 12, FARTHEST = 0.4, STEEPEST = 85;
 const encode = (x) => (x > 0.0031308 ? 1.055 * x ** (1 / 2.4) - 0.055 : 12.92 * x); // in sRGB
 const degrees = (radians) => (radians * 180) / Math.PI;
@@ -274,7 +275,7 @@ const aside = (x, before, after) => {
   const whole = Math.round(Math.abs(x));
   return whole ? `${whole}\u00b0 ${x < 0 ? before : after}` : "0\u00b0";
 };
-const NAMES = { lambert: "Lambert", eon: "The diffuse reflection that glTF carries, an EON," };
+const NAMES = { lambert: "Lambert", eon: "The EON that glTF carries" };
 
 const views = data.looks.map((look) => {
   const figure = document.createElement("figure");
@@ -298,7 +299,7 @@ function arrange() {
   const { clientWidth: width, clientHeight: height } = stage;
   const caption = views[0].querySelector("figcaption").offsetHeight, count = views.length;
   let best = 0;
-  for (let columns = 1; columns <= count; columns++) {
+  for (let columns = 1; columns <= Math.max(1, Math.min(count, width / NARROWEST)); columns++) {
     const rows = Math.ceil(count / columns);
     const perMeter = fitting(width / columns, height / rows - caption);
     if (perMeter <= best) continue;
