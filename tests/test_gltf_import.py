@@ -346,7 +346,7 @@ def is_eon(material: bpy.types.Material, color: tuple[float, ...]) -> bool:
 
 
 def remake(kind: str, extras: dict[str, Any], material: dict[str, Any]) -> str:
-    """Change a glTF material as `kind` says; returns what an import says of it, which makes nothing of the extras but for "odd"."""
+    """Change a glTF material as `kind` says; returns what an import says of it. Extras count for "odd" and "script"."""
     nodes, damaged = extras["nodes"], "its extras are damaged, and glTF's values are used: "
     match kind:
         case "edited":
@@ -370,11 +370,14 @@ def remake(kind: str, extras: dict[str, Any], material: dict[str, Any]) -> str:
         case "odd":
             nodes["nodes"].append({"kind": "ShaderNodeOfAnother", "name": "Odd", "location": [0, 0]})
             return "the node Odd is of an unknown kind, ShaderNodeOfAnother"
+        case "script":
+            nodes["nodes"].append({"kind": "ShaderNodeScript", "name": "Bad", "location": [0, 0], "properties": {"bytecode": "x"}})
+            return "the node Bad is left out, as it would run a program of the file"
     return ""
 
 
 def test_changed_and_damaged_extras_are_said_in_one_line_each(tmp_path: Path) -> None:
-    kinds = ("edited", "newer", "newer nodes", "text", "no nodes", "no list", "odd", "whole")
+    kinds = ("edited", "newer", "newer nodes", "text", "no nodes", "no list", "odd", "script", "whole")
     show(*(materials.create(kind, ROUGH_DIFFUSE, Model="EON", Color=(0.5, 0.5, 0.5, 1.0), Roughness=0.4) for kind in kinds))
     path, file = separate(tmp_path)
     lines = []

@@ -38,6 +38,7 @@ NEW_COLOR_MAPPING = {"brightness": 1.0, "contrast": 1.0, "saturation": 1.0, "ble
 NEW_IMAGE_USER = {"frame_duration": 100, "frame_start": 1}
 GROUP_TYPES = ("GROUP", "GROUP_INPUT", "GROUP_OUTPUT")
 NUMBERS = (bool, int, float, str)
+SCRIPT = "ShaderNodeScript"  # whose Open Shading Language can write files
 
 
 def record(tree: bpy.types.NodeTree) -> Record:
@@ -242,6 +243,9 @@ def _made(tree: bpy.types.NodeTree, values: Mapping[str, Any], find_image: FindI
             problems.append(f"the group {values['group']} is unknown")
             return None
         node = add_group(tree, group)
+    elif values["kind"] == SCRIPT:
+        problems.append(f"the node {values['name']} is left out, as it would run a program of the file")
+        return None
     else:
         try:
             node = tree.nodes.new(values["kind"])
