@@ -50,6 +50,7 @@ def main() -> int:
 
 def package(timed: bool, with_shaders: bool, out: Path, output: OutputFolder, terminal: Terminal) -> None:
     """Build the package into `output`, check it, publish it and tell what it holds; `with_shaders` those for other engines, too."""
+    packed = [shaders.archive(output.folder)] if with_shaders else []
     path = build(output.folder)
     check(path)
     size = path.stat().st_size
@@ -67,8 +68,7 @@ def package(timed: bool, with_shaders: bool, out: Path, output: OutputFolder, te
     if timed:
         first, again = enabling(path, terminal)
         terminal.say(f"Enabled in {1000.0 * first:.0f} ms the first time, {1000.0 * again:.0f} ms later (median of {STARTS})")
-    written = [path, shaders.archive(output.folder)] if with_shaders else [path]
-    sizes = {each.name: each.stat().st_size for each in written}
+    sizes = {each.name: each.stat().st_size for each in (path, *packed)}
     output.publish()
     for name, size in sizes.items():
         terminal.say(f"Wrote {out / name}, {size / 1000.0:.0f} kB")
@@ -77,7 +77,7 @@ def package(timed: bool, with_shaders: bool, out: Path, output: OutputFolder, te
 def build(folder: Path) -> Path:
     """Return the package, built into `folder`; raises BadInput with the tool's words where that fails."""
     _tool("build", f"--source-dir={ROOT}", f"--output-dir={folder}")
-    return next(folder.glob("*.zip"))
+    return next(folder.glob("true_diffuse-*.zip"))
 
 
 def check(path: Path) -> None:
