@@ -5,10 +5,10 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-import OpenImageIO as oiio
 import pytest
 
 from true_diffuse.addon.blender.glsl import SHADERS, own_text, source
+from true_diffuse.addon.measure.render import openimageio
 from true_diffuse.scripts.web import WebError, packages
 from true_diffuse.scripts.web.browser import Browser, Page
 
@@ -87,7 +87,7 @@ def picture(page: Page, code: str, folder: Path) -> list[int]:
     """Three numbers of 8 bits for each pixel within the sphere."""
     load(page, code)
     page.itself.screenshot(path=folder / "picture.png")
-    image = oiio.ImageBuf(str(folder / "picture.png"))
+    image = openimageio().ImageBuf(str(folder / "picture.png"))
     inside = [(x, y) for y in range(SIZE) for x in range(SIZE) if (x - 63.5) ** 2 + (y - 63.5) ** 2 < (0.34 * SIZE) ** 2]
     return [round(255.0 * value) for x, y in inside for value in image.getpixel(x, y)[:3]]
 
