@@ -16,7 +16,7 @@ from true_diffuse.addon.blender import report
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.convert import convert_materials
 from true_diffuse.addon.material.read import group_node
-from true_diffuse.addon.models import MODELS, Eon, Lambert, average_albedo
+from true_diffuse.addon.models import MODELS, Eon, Lambert, OrenNayar, average_albedo
 from true_diffuse.addon.models.eon import diluted
 from true_diffuse.addon.models.fujii import Fujii
 from true_diffuse.addon.models.registry import OWN_ROUGHNESS
@@ -355,20 +355,23 @@ def test_the_channel_is_put_into_red(name: str, written: Exported) -> None:
     assert values[0::4] == pytest.approx([CHANNELS[name]] * 16, abs=STEP)
 
 
-ALBEDO = "Base color: what feeds the roughness of Oren-Nayar (Rough Diffuse) is not supported, "
-ALBEDO += "the average albedo of the socket's own value is written"
+ALBEDO = "Base color: what feeds the roughness of Oren-Nayar (Rough Diffuse) is not supported, the average albedo of {} is written"
+OWN, MEAN = ALBEDO.format("the socket's own value"), ALBEDO.format("its mean, 0.2,")
 
 
 def test_an_image_of_sigma_is_scaled_and_said_or_baked(written: Exported, baked: Exported) -> None:
     wanted = MODELS["oren_nayar"].eon.roughness(round(0.2 * 255) / 255)
     values, name = baked.texture("sigma")
-    assert name == "sigma Diffuse Roughness" and baked.factor("sigma") == 1.0 and baked.said("sigma") == [ALBEDO]
+    assert name == "sigma Diffuse Roughness" and baked.factor("sigma") == 1.0 and baked.said("sigma") == [MEAN]
     assert values[0] == pytest.approx(wanted, abs=STEP)
     values, name = written.texture("sigma")
     start = "Diffuse roughness: an image of the roughness of Oren-Nayar (Rough Diffuse) is not supported, "
     start += "EON's roughness in proportion to it, up to "
     first, second = sorted(written.said("sigma"), reverse=True)
-    assert name == "sigma" and first.startswith(start) and second == ALBEDO
+    assert name == "sigma" and first.startswith(start) and second == MEAN
+    for exported in (written, baked):  # the color is that of the mean, also where the roughness is off
+        for rho, color in zip(COLOR[:3], exported.colors("sigma"), strict=True):
+            assert Eon(wanted).average_albedo(color) == pytest.approx(OrenNayar(0.2).average_albedo(rho), rel=1e-3)
     off = float(first.removeprefix(start).split()[0])
     assert 0.001 < abs(written.factor("sigma") * values[0] - wanted) <= 1.1 * off  # two digits are said
 
@@ -381,7 +384,9 @@ def test_a_factor_above_1_is_cut_off_as_the_model_does(written: Exported, baked:
 
 def test_what_else_varies_is_said_or_baked(written: Exported, baked: Exported) -> None:
     lost = "Diffuse roughness: the node Noise Texture (Noise Texture) is not supported, the socket's own value is written"
-    assert written.said("noise_of_sigma") == [lost, ALBEDO] and baked.said("noise_of_sigma") == [ALBEDO]
+    assert written.said("noise_of_sigma") == [lost, OWN]
+    (line,) = baked.said("noise_of_sigma")  # which knows the mean of what is baked
+    assert line.startswith(ALBEDO.split("{}")[0] + "its mean, 0.")
     assert written.extension("noise_of_sigma") == {
         "diffuseRoughnessFactor": pytest.approx(MODELS["oren_nayar"].eon.roughness(0.3), rel=1e-6)
     }

@@ -8,23 +8,22 @@ from ..material.expression import Constant
 from ..material.links import Place
 from ..material.surface import Loss, texture_factor
 from ..models.geometry import clamp
-from .diffuse import Diffuse
+from .diffuse import NEGLIGIBLE, Diffuse
 from .inputs import varies
 from .stand_in import Replaced
 
 if TYPE_CHECKING:
     from io_scene_gltf2.io.com.gltf2_io import MaterialPBRMetallicRoughness
 
-NEGLIGIBLE = 0.005  # of a factor
-
 
 def adjust(base: "MaterialPBRMetallicRoughness", replaced: Replaced, diffuse: Diffuse) -> Iterator[Loss]:
     """Give the base color that of `diffuse`: exact for a constant; an image or a color attribute can only be scaled."""
     scale = texture_factor(diffuse.color)
-    if diffuse.varies and abs(_scale_at_most(diffuse) - 1.0) > NEGLIGIBLE:
+    if diffuse.color_varies:
         words = diffuse.surface.model_parameter.removeprefix("diffuse_").replace("ior", "IOR")
-        what = f"what feeds the {words} of {diffuse.model.label}"
-        yield Loss("base_color", replaced.label, what, "the average albedo of the socket's own value is written")
+        what, mean = f"what feeds the {words} of {diffuse.model.label}", replaced.mean_roughness
+        whose = "the socket's own value" if mean is None else f"its mean, {mean:.2g},"
+        yield Loss("base_color", replaced.label, what, f"the average albedo of {whose} is written")
     if not isinstance(diffuse.surface["metallic"], Constant) and abs(scale - 1.0) > NEGLIGIBLE:
         what = f"the albedo of {diffuse.model.label}, {scale:.3g} times Lambert's, beside a metal that varies"
         yield Loss("base_color", replaced.label, what, "the color is written as it is")
@@ -36,9 +35,3 @@ def adjust(base: "MaterialPBRMetallicRoughness", replaced: Replaced, diffuse: Di
         red, green, blue = map(diffuse.color, (red, green, blue))
     if base.base_color_factor or (red, green, blue) != (1.0, 1.0, 1.0):
         base.base_color_factor = [red, green, blue, alpha]
-
-
-def _scale_at_most(diffuse: Diffuse) -> float:
-    """Return the color over rho at the highest value of the model's parameter that is of use, for rho = 0.5."""
-    parameter = diffuse.model.parameter
-    return texture_factor(lambda rho: diffuse.color(rho, parameter.highest_usual)) if parameter else 1.0

@@ -10,16 +10,19 @@ import bpy
 from ..material.expression import Constant, number
 from ..material.links import Place
 from ..material.read_closures import ClosureReader
-from ..material.surface import PARAMETERS
+from ..material.surface import PARAMETERS, texture_factor
 from ..models.eon import Eon, diluted
 from ..models.geometry import clamp
 from ..models.terms import FLOATS, Arithmetic, Number
 from .stand_in import Replaced
 
+NEGLIGIBLE = 0.005  # of a factor of the color
+
 
 class Diffuse:
-    """What stands for the reflectance model of `replaced` and the subsurface scattering mixed with it. Inputs that vary count with
-    their own values.
+    """What stands for the reflectance model of `replaced` and the subsurface scattering mixed with it.
+
+    Inputs that vary count with their own values, an image of the roughness with its mean.
     """
 
     def __init__(self, replaced: Replaced) -> None:
@@ -28,7 +31,8 @@ class Diffuse:
         self.model = self.surface.reflectance
         self._seen = (1.0 - self._weight("metallic")) * (1.0 - self._weight("transmission_weight"))
         self._share = 1.0 - self._weight("subsurface_weight")  # of the model; the rest scatters as Lambert reflects
-        self._value = self.constant(self.surface.model_parameter) if self.model.parameter else 0.0
+        own = self.constant(self.surface.model_parameter) if self.model.parameter else 0.0
+        self._value = own if replaced.mean_roughness is None else replaced.mean_roughness
         self.roughness = self.eon_roughness(self._value)
         """EON's, in [0, 1]."""
 
@@ -48,6 +52,15 @@ class Diffuse:
         """Whether the model's parameter does."""
         parameter = self.surface.model_parameter
         return bool(parameter) and not isinstance(self.surface[parameter], Constant)
+
+    @property
+    def color_varies(self) -> bool:
+        """Whether the base color would have to vary with the model's parameter: not for EON, whose color is rho."""
+        parameter = self.model.parameter
+        if not (parameter and self.varies):
+            return False
+        scale = texture_factor(lambda rho: self.color(rho, parameter.highest_usual))
+        return abs(scale - 1.0) > NEGLIGIBLE
 
     @property
     def has_own_roughness(self) -> bool:

@@ -9,7 +9,7 @@ import bpy
 
 from ..blender import fcurves
 from ..material.bake import CannotBake
-from ..material.links import Place, upstream
+from ..material.links import Place, source, upstream
 from ..material.revert import taken_as_is
 from ..material.surface import Loss
 from ..material.upgrade import current_name
@@ -29,6 +29,8 @@ POINTER = f"/materials/XXX/extensions/{NAME}/diffuseRoughnessFactor"
 INPUT = "Diffuse Roughness"  # of the Principled BSDF
 NEAR = 0.01  # of EON's roughness: 0.5 % of the radiance, as Lambert is 10 % off EON of 0.2
 STEPS = 32
+SMALL = 32  # pixels each way that an image is scaled to for its mean
+CHANNELS = {"Color": 0, "Red": 0, "Green": 1, "Blue": 2, "Alpha": 3}
 
 
 def arrange(replaced: Replaced, bake: Bake | None) -> Iterator[Loss]:
@@ -42,6 +44,9 @@ def arrange(replaced: Replaced, bake: Bake | None) -> Iterator[Loss]:
     found = _held(place)
     if not found.images:
         return
+    if diffuse.color_varies:
+        mean = _mean(found.images[0])
+        replaced.mean_roughness = None if mean is None else found.factor[0] * mean
     off = _off(diffuse, found.factor[0])
     if off <= NEAR:
         return
@@ -102,6 +107,30 @@ def _held(place: Place) -> Product:
     except NotHeld:
         images = [output for output in upstream(place) if output.node.type == "TEX_IMAGE" and output.node.image]
         return Product(images=images[:1])
+
+
+def _mean(output: Place) -> float | None:
+    """Return the mean of an image node's output over the image; None for tiles and for an image that is not there."""
+    if output.node.bl_idname == "ShaderNodeSeparateColor":
+        channel, output = CHANNELS[output.socket.name], source(output.input(0))
+    else:
+        channel = CHANNELS[output.socket.name]
+    image = output.node.image
+    if image.source == "TILED" or not all(image.size):
+        return None
+    if image.is_dirty:  # of which a copy would not have the pixels
+        return _average(image, channel)
+    small = image.copy()
+    try:
+        small.scale(SMALL, SMALL)
+        return _average(small, channel)
+    finally:
+        bpy.data.images.remove(small)
+
+
+def _average(image: bpy.types.Image, channel: int) -> float:
+    values = image.pixels[channel :: image.channels]
+    return sum(values) / len(values)
 
 
 def _line(diffuse: Diffuse, highest: float) -> float:
@@ -179,7 +208,7 @@ def _gathered(socket: bpy.types.NodeSocket, place: Place) -> "NodeSocket":
 @contextmanager
 def _into_red(place: Place, image: Place) -> Generator[bpy.types.NodeSocket]:
     """Yield an input by which the exporter puts the channel of `image` that feeds `place` into the red one."""
-    if image.socket.name in ("Color", "Red"):  # whose red it keeps where it is
+    if CHANNELS[image.socket.name] == 0:  # whose red it keeps where it is
         yield place.socket
         return
     tree = place.node.id_data

@@ -27,6 +27,8 @@ class Replaced:
     principled: bpy.types.Node
     groups: tuple[bpy.types.Node, ...]
     """The group nodes of the stand-in that hold the Principled BSDF, from the outside in."""
+    mean_roughness: float | None = None
+    """The mean of the model's roughness over an image of it."""
     has_eon_roughness: bool = False
     """Whether an image of EON's roughness has taken the place of the model's."""
 
