@@ -45,6 +45,7 @@ export function setReflectance(material, model, text, parameters = []) {
     names.forEach((name, k) => (shader.uniforms[name] = uniforms[k]))
     const after = "#include <lights_physical_pars_fragment>"
     const before = "#include <lights_fragment_begin>"
+    for (const part of [after, before]) if (!shader.fragmentShader.includes(part)) throw Error(`${material.type} lacks ${part}`)
     shader.fragmentShader = shader.fragmentShader.replace(after, `${after}\n${functions}`).replace(before, `${begin}\n${before}`)
   }
   material.customProgramCacheKey = () => model

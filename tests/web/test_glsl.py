@@ -220,3 +220,18 @@ def test_readme_s_lines_are_the_model(loaded: engines.Engine) -> None:
 def test_text_without_the_model_is_one_line(loaded: engines.Engine) -> None:
     with pytest.raises(WebError, match="lacks pitted_surface or pitted_albedo"):
         loaded.call(SET[loaded.name], ["pitted", text("oren_nayar"), []])
+
+
+def test_material_that_cannot_have_the_model_is_one_line(loaded: engines.Engine) -> None:
+    if loaded.name == engines.BABYLON:
+        loaded.call(SET[loaded.name], ["lambert", text("lambert"), []])
+        with pytest.raises(WebError, match="has a reflectance model already"):
+            loaded.call(SET[loaded.name], ["eon", text("eon"), [0.5]])
+    else:
+        loaded.call("""async () => {
+            const { MeshBasicMaterial } = await import("three")
+            scene.traverse((mesh) => mesh.isMesh && (mesh.material = new MeshBasicMaterial({ name: "Skin" })))
+        }""")
+        loaded.call(SET[loaded.name], ["lambert", text("lambert"), []])
+        with pytest.raises(WebError, match="MeshBasicMaterial lacks #include <lights_physical_pars_fragment>"):
+            loaded.draw(engines.RADIANCE, SUNS)
