@@ -300,6 +300,15 @@ def test_other_layers_stay_as_blender_imports_them(tmp_path: Path) -> None:
     assert ours["Layered"]["Coat Weight"] == 0.75 and ours["Layered"]["Metallic"] == 0.5 and ours["Layered"]["Sheen Weight"] > 0.0
 
 
+def test_materials_that_no_mesh_has_become_ours_too(tmp_path: Path) -> None:
+    path = foreign(tmp_path / "one.gltf", CHALK, LAYERED)
+    file = json.loads(path.read_text())
+    del file["meshes"][0]["primitives"][1]
+    path.write_text(json.dumps(file))
+    assert bpy.ops.import_scene.gltf(filepath=str(path), import_unused_materials=True) == {"FINISHED"}
+    assert [inputs(bpy.data.materials[name])["Model"] for name in ("Chalk", "Layered")] == ["EON", "EON"]
+
+
 def test_a_file_without_the_extension_is_left_alone(tmp_path: Path) -> None:
     load(foreign(tmp_path / "one.gltf", CHALK | {"extensions": {}}))
     assert group_node(bpy.data.materials["Chalk"]) is None and report.take() == []
@@ -352,6 +361,9 @@ def remake(kind: str, extras: dict[str, Any], material: dict[str, Any]) -> str:
         case "edited":
             material["pbrMetallicRoughness"]["baseColorFactor"] = [0.25, 0.5, 0.75, 1.0]
             return "another program has changed its base color: its nodes are made of that"
+        case "coat":
+            material["extensions"]["KHR_materials_clearcoat"]["clearcoatFactor"] = 0.25
+            return "another program has changed its KHR_materials_clearcoat.clearcoatFactor: its nodes are made of that"
         case "newer":
             extras["format"] += 1
             return f"{damaged}a newer True Diffuse has written them"
@@ -378,7 +390,8 @@ def remake(kind: str, extras: dict[str, Any], material: dict[str, Any]) -> str:
 
 def test_changed_and_damaged_extras_are_said_in_one_line_each(tmp_path: Path) -> None:
     kinds = ("edited", "newer", "newer nodes", "text", "no nodes", "no list", "odd", "script", "whole")
-    show(*(materials.create(kind, ROUGH_DIFFUSE, Model="EON", Color=(0.5, 0.5, 0.5, 1.0), Roughness=0.4) for kind in kinds))
+    coated = materials.create("coat", PRINCIPLED, **{"Coat Weight": 0.5, "Model": "EON"})
+    show(coated, *(materials.create(kind, ROUGH_DIFFUSE, Model="EON", Color=(0.5, 0.5, 0.5, 1.0), Roughness=0.4) for kind in kinds))
     path, file = separate(tmp_path)
     lines = []
     for material in file["materials"]:
@@ -388,6 +401,7 @@ def test_changed_and_damaged_extras_are_said_in_one_line_each(tmp_path: Path) ->
     path.write_text(json.dumps(file))
     load(path)
     assert sorted(report.take()) == sorted(lines)
+    assert inputs(bpy.data.materials["coat"])["Coat Weight"] == 0.25
     for kind in kinds:
         material = bpy.data.materials[kind]
         assert is_eon(material, (0.25, 0.5, 0.75) if kind == "edited" else (0.5, 0.5, 0.5))

@@ -237,9 +237,13 @@ def core_values(document: "Gltf", material: "Material") -> dict[str, Value]:
         "emissive factor": material.emissive_factor or [0.0, 0.0, 0.0],
         "emissive texture": image(material.emissive_texture),
         "normal texture": image(material.normal_texture),
+        "alpha mode": material.alpha_mode or "OPAQUE",
+        "double sided": bool(material.double_sided),
         "diffuse roughness": rough.get("diffuseRoughnessFactor", 0.0),
         "diffuse roughness texture": image(rough.get("diffuseRoughnessTexture")),
     }
+    for name, extension in (material.extensions or {}).items():
+        values |= {f"{name}.{key}": value for key, value in extension.items() if isinstance(value, (int, float, list))}
     if pbr:
         values |= {
             "base color": pbr.base_color_factor or [1.0, 1.0, 1.0, 1.0],
