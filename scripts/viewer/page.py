@@ -43,7 +43,9 @@ def html(stage: FiveCharacters, name: str, albedo: float) -> tuple[str, list[str
 
     `albedo` is that of plaster's lightest paint.
     """
-    place = (AXES @ Matrix.Rotation(YAW, 3, "Z")).to_4x4()
+    places = [character.subject.matrix_world.translation.x for character in stage.characters]
+    beside = Matrix.Translation((sum(places) / len(places), 0.0, 0.0))  # of the row's middle, where a view's is
+    place = AXES.to_4x4() @ beside @ Matrix.Rotation(YAW, 4, "Z")
     shown = Baked([plaster(stage.characters[0], albedo)], lost=[]) if stage.plain else baked(stage)
     mesh = pack([replace(piece, matrix=place @ piece.matrix) for piece in shown.pieces])
     data = {
@@ -53,7 +55,7 @@ def html(stage: FiveCharacters, name: str, albedo: float) -> tuple[str, list[str
         "sky": FILL_RADIANCE,
         "background": BACKDROP_ALBEDO,
         "eon": _nearest_eon(),
-        "frame": _frame(stage, mesh["high"][0] - mesh["low"][0]),
+        "frame": _frame(stage, mesh["high"][0] - mesh["low"][0], mesh["high"][1]),
         "scale": {
             "colors": pictures.DIVERGING,
             "knee": pictures.SCALE_KNEE,
@@ -99,16 +101,18 @@ def _nearest_eon() -> dict[str, Any]:
     return {"above": nearest.above, "below": nearest.below, "b_average": (model.average_albedo(1.0) - model.a) / model.b}
 
 
-def _frame(stage: FiveCharacters, widest: float) -> dict[str, float]:
+def _frame(stage: FiveCharacters, widest: float, highest: float) -> dict[str, float]:
     """Return how much a view shows at least, up to `top`, what it is turned around, and how far its camera is, all in m.
 
-    As in the picture, but for the space beside a character that is `widest` m wide.
+    As in the picture, but for the space around a character that is `widest` m wide and `highest` m high.
     """
     settings, camera = stage.scene.render, stage.scene.camera
     _, y, z = camera.location
     width = -y * camera.data.sensor_width / camera.data.lens
     height = width * settings.resolution_y / settings.resolution_x
     top = z + camera.data.shift_y * width + height / 2.0
+    if top <= height:  # a whole figure
+        height, top = highest * (1.0 + 2.0 * MARGIN), highest * (1.0 + MARGIN)
     shown = min(width / len(stage.characters), widest * (1.0 + MARGIN))
     return {"width": shown, "height": height, "top": top, "pivot": top - PIVOT * height, "far": -y}
 

@@ -331,8 +331,9 @@ function write() {
   for (const view of views) {
     const output = view.querySelector("output");
     output.hidden = !isError;
-    output.value ||= "\u2026"; // until it is measured
+    if (stage.dataset.show !== state.show) output.value = "\u2026"; // until it is measured
   }
+  stage.dataset.show = state.show;
 }
 
 function draw(gl, scene) {

@@ -139,6 +139,8 @@ def test_pixels_show_the_mesh_from_the_camera(page: Page, stage: five_characters
     tree = BVHTree.FromPolygons([v.co for v in mesh.vertices], [p.vertices for p in mesh.polygons])
     to_blender = Matrix.Rotation(-five_characters.YAW, 3, "Z") @ Matrix.Rotation(math.radians(90.0), 3, "X")
     pivot = Vector((0.0, frame["pivot"], 0.0))
+    # the third of the five stands where a view's middle is
+    beside = Vector((stage.characters[2].subject.location.x, 0.0, 0.0))
     per_meter = min(WIDTH / frame["width"], HEIGHT / frame["height"])
     normal, albedo = pixels(page, 1, "normal"), pixels(page, 1, "albedo")
     paint = mesh.attributes[ALBEDO_ATTRIBUTE].data
@@ -150,7 +152,7 @@ def test_pixels_show_the_mesh_from_the_camera(page: Page, stage: five_characters
         # the top of the frame is that of the view
         target = Vector(((x + 0.5 - WIDTH / 2) / per_meter, frame["top"] - (HEIGHT - y - 0.5) / per_meter, 0.0))
         eye = pivot + Vector((0.0, 0.0, frame["far"]))
-        hit, _, index, _ = tree.ray_cast(to_blender @ eye, to_blender @ (target - eye))
+        hit, _, index, _ = tree.ray_cast(to_blender @ (eye - beside), to_blender @ (target - eye))
         if index is None:
             continue
         corners, loops = list(mesh.polygons[index].vertices), mesh.polygons[index].loop_indices
