@@ -61,8 +61,10 @@ window.draw = async (what, suns) => {
   const meshes = scene.meshes.filter((mesh) => mesh.getTotalVertices())
   const own = meshes.map((mesh) => mesh.material)
   if (what in materials) meshes.forEach((mesh) => (mesh.material = materials[what](mesh.material)))
-  await scene.whenReadyAsync()
-  scene.render()
+  for (let frame = 0; frame < 2; frame++) {
+    await scene.whenReadyAsync()
+    scene.render() // which may find that it needs other shaders, and leave out the mesh until they are compiled
+  }
   meshes.forEach((mesh, i) => (mesh.material = own[i]))
   return base64(await target.readPixels())
 }
