@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """three.js and Babylon.js draw what a glTF file says, held against the formulas in every pixel."""
 
+import json
 import math
 from array import array
 from collections.abc import Callable, Iterator
@@ -12,7 +13,7 @@ from typing import Any
 import pytest
 
 from true_diffuse.addon.measure import error
-from true_diffuse.addon.models import MODELS, Eon, Lambert
+from true_diffuse.addon.models import MODELS, Eon, Fujii, Lambert
 from true_diffuse.scripts.characters.small.characters import material, texture
 from true_diffuse.scripts.characters.small.figure import ellipsoid, figure
 from true_diffuse.scripts.characters.small.gltf import Primitive, glb
@@ -170,6 +171,18 @@ def test_a_texture_of_roughness_is_linear_in_three_and_srgb_in_babylon(engine: e
     value = round(0.5 * 255) / 255  # 8 bits
     read = value if engine.name == engines.THREE else ((value + 0.055) / 1.055) ** 2.4
     assert rms(engine, Eon(read), SPHERE, (sun(0.0),)) < GOALS[engine.name]
+
+
+def test_lambert_in_place_of_a_model_has_its_average_albedo() -> None:
+    content = web.as_lambert(sphere(COLOR, None), Fujii(0.5))
+    length = int.from_bytes(content[12:16], "little")
+    (found,) = json.loads(content[20 : 20 + length])["materials"]
+    # Fujii's model reflects of light from everywhere A (1 + (2 / 3 - 28 / (15 pi)) r) rho, A = 1 / (1 + (1 / 2 - 2 / (3 pi)) r), as
+    # EON's paper says of what both share
+    ratio = (1.0 + (2.0 / 3.0 - 28.0 / (15.0 * math.pi)) * 0.5) / (1.0 + (0.5 - 2.0 / (3.0 * math.pi)) * 0.5)
+    color = [*(ratio * channel for channel in COLOR), 1.0]
+    assert found["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx(color, abs=1e-9)
+    assert len(content) == int.from_bytes(content[8:12], "little")
 
 
 def measured(
