@@ -458,6 +458,22 @@ def test_images_are_written_once_and_not_at_all_where_none_are_wanted(tmp_path: 
     ]
 
 
+def test_images_without_a_file_are_said_and_the_rest_goes_on(tmp_path: Path) -> None:
+    names = ("gone.png", "reloaded.png")
+    for name in names:
+        image("new").save(filepath=str(tmp_path / name))
+        bpy.data.images.remove(bpy.data.images["new"])
+    show(*(textured(name, bpy.data.images.load(str(tmp_path / name))) for name in names), textured("Whole", image("there")))
+    for name in names:
+        (tmp_path / name).unlink()
+    bpy.data.images["reloaded.png"].reload()
+    save(tmp_path / "one.glb")
+    assert report.take() == [f"True Diffuse: {name}: the image {name} is not in the file" for name in names]
+    load(tmp_path / "one.glb")
+    assert report.take() == [f"True Diffuse: {name}: the image {name} is missing" for name in names]
+    assert found_images("gone.png") == found_images("reloaded.png") == [] and found_images("Whole") == ["there"]
+
+
 def test_a_material_on_meshes_with_and_without_colors_comes_back_once(tmp_path: Path) -> None:
     material = materials.create("One", ROUGH_DIFFUSE, Model="EON", Color=(0.5, 0.5, 0.5, 1.0))
     for name in ("", "Paint", "Other"):

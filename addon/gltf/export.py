@@ -18,14 +18,12 @@ from ..material.surface import Loss
 from . import animation, base_color, closures, diffuse_roughness, inputs, losses
 from .diffuse import Diffuse
 from .exporter import read_stand_ins
-from .extras import Extras
+from .extras import FAILURES, Extras
 from .stand_in import Replaced, StandIn, StandIns, holds_ours
 
 if TYPE_CHECKING:
     from io_scene_gltf2.blender.exp.primitive_extract import PrimitiveCreator
     from io_scene_gltf2.io.com.gltf2_io import Material
-
-FAILURES = (RuntimeError, TypeError, ValueError, LookupError, AttributeError, ImportError, ArithmeticError, OSError, ReferenceError)
 
 
 class Export:
@@ -77,11 +75,8 @@ class Export:
 
     def write_extras(self, settings: dict) -> None:
         """Write what an import makes our materials again of, when all materials and meshes are gathered."""
-        try:
-            for name, message in self.extras.write(settings):
-                report.add(name, message)
-        except FAILURES as error:
-            report.add("glTF", f"an import will not make True Diffuse materials again: {error or type(error).__name__}")
+        for name, message in self.extras.write(settings):
+            report.add(name, message)
 
 
 @contextmanager

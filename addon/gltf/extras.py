@@ -31,6 +31,12 @@ KEY = "trueDiffuse"
 FORMAT = 1
 NOT_IN_FILE = "an import finds nothing of it"
 
+FAILURES = (
+    RuntimeError, TypeError, ValueError, LookupError, AttributeError, ImportError, AssertionError, ArithmeticError, OSError,
+    ReferenceError,
+)  # fmt: skip
+"""After which an export or import goes on."""
+
 type Value = float | bool | str | list[float] | None
 
 
@@ -108,7 +114,11 @@ class Extras:
         Images that are in no texture are added to the file. Call it when all materials and meshes are known.
         """
         for material, data in self._materials:
-            for message in dict.fromkeys(self._fill(data, material, settings)):
+            try:
+                messages = list(self._fill(data, material, settings))
+            except FAILURES as error:
+                messages = [f"an import will not make the nodes again: {error or type(error).__name__}"]
+            for message in dict.fromkeys(messages):
                 yield material.name, message
 
     def write_values(self, document: "Gltf") -> None:
@@ -177,7 +187,8 @@ def _written(image: bpy.types.Image, settings: dict) -> "Image | None":
     if kind not in ("JPEG", "WEBP") or (kind == "JPEG" and image.depth > 24):  # an alpha
         kind = "PNG"
     mime_type, name = f"image/{kind.lower()}", image.name.removesuffix(Path(image.name).suffix)
-    data, _ = ExportImage.from_blender_image(image).encode(mime_type, settings)
+    pixels = ExportImage.from_blender_image(image)
+    data = b"" if pixels.empty() else pixels.encode(mime_type, settings)[0]  # empty: its file is missing
     if not data:
         return None
     if settings["gltf_format"] != "GLTF_SEPARATE":
@@ -226,11 +237,12 @@ def core_values(document: "Gltf", material: "Material") -> dict[str, Value]:
 
     def image(info: object) -> str | None:
         index = info.get("index") if isinstance(info, dict) else getattr(info, "index", None)
-        texture = document.textures[index] if index is not None else None
-        if texture is None:
+        if not isinstance(index, int) or not 0 <= index < len(document.textures or ()):
             return None
-        source = texture.source if texture.source is not None else (texture.extensions or {})["EXT_texture_webp"]["source"]
-        return document.images[source].name
+        texture = document.textures[index]
+        webp = (texture.extensions or {}).get("EXT_texture_webp", {})
+        source = webp.get("source") if texture.source is None else texture.source
+        return None if source is None else document.images[source].name
 
     pbr, rough = material.pbr_metallic_roughness, (material.extensions or {}).get(diffuse_roughness.NAME, {})
     values: dict[str, Value] = {
@@ -243,7 +255,8 @@ def core_values(document: "Gltf", material: "Material") -> dict[str, Value]:
         "diffuse roughness texture": image(rough.get("diffuseRoughnessTexture")),
     }
     for name, extension in (material.extensions or {}).items():
-        values |= {f"{name}.{key}": value for key, value in extension.items() if isinstance(value, (int, float, list))}
+        if name != diffuse_roughness.NAME:
+            values |= {f"{name}.{key}": value for key, value in extension.items() if isinstance(value, (int, float, list))}
     if pbr:
         values |= {
             "base color": pbr.base_color_factor or [1.0, 1.0, 1.0, 1.0],

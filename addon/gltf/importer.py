@@ -15,13 +15,11 @@ import bpy
 from ..blender import report
 from ..material.restore import restore, undone_on_failure, with_settings
 from . import rough_diffuse
-from .extras import FORMAT, KEY, Value, core_values
+from .extras import FAILURES, FORMAT, KEY, Value, core_values
 
 if TYPE_CHECKING:
     from io_scene_gltf2.io.com.gltf2_io import Image, Material
     from io_scene_gltf2.io.imp.gltf2_io_gltf import glTFImporter
-
-FAILURES = (RuntimeError, TypeError, ValueError, LookupError, AttributeError, ImportError, AssertionError, ArithmeticError, OSError)
 
 
 class Import:
