@@ -87,6 +87,12 @@ def brightest_error(roughness: float, model: Formula, rho: float = 0.5) -> tuple
     return sphere_error(eon, color, model, rho), eon.average_albedo(color) / model.average_albedo(rho) - 1.0
 
 
+def scaled_error(roughness: float, model: Formula) -> float:
+    """Return how far off, as a fraction, the color of RHOS is where an image can only be scaled, by the factor of rho = 0.5."""
+    scales = [Eon(roughness).color(model.average_albedo(rho)) / rho for rho in (0.5, *RHOS)]
+    return max(abs(scales[0] / scale - 1.0) for scale in scales)
+
+
 def albedo_error(roughness: float, model: Formula, rho: float = 0.5) -> float:
     """Return the RMS error of the directional albedo, over views in proportion to N.V, as a fraction."""
     eon = Eon(roughness)
@@ -129,16 +135,17 @@ def lines() -> Iterator[str]:
     """Yield the table, errors in %.
 
     It has EON's roughness as registered and the nearest; the errors of these two and of Lambert; those of the registered one and of
-    Lambert in directional albedo; for rho = 0.5 how far off the albedo is where a reader lacks the extension, and the least error
-    in any color, with how far off that is in albedo; and the first error by degrees between light and viewer.
+    Lambert in directional albedo; that of a color whose image is scaled; for rho = 0.5 how far off the albedo is where a reader
+    lacks the extension, and the least error in any color, with how far off that is in albedo; and the first error by degrees between
+    light and viewer.
     """
     yield (
         f"{'Model':20}{'Value':>6}{'EON':>7}{'Nearest':>8} {'Error':>7} {'Nearest':>7} {'Lambert':>7} {'Albedo':>7} {'Lambert':>7}"
-        f"{'Without':>8} {'In any color':>13}   0 / 60 / 120"
+        f"{'Scaled':>7}{'Without':>8} {'In any color':>13}   0 / 60 / 120"
     )
     for model in MODELS.values():
         for value in values(model.parameter):
-            formula = model.formula(*(value for _ in (model.parameter,) if model.parameter))
+            formula = model.formula(*([value] if model.parameter else []))
             used, best = model.eon.roughness(value), nearest(formula)
             by_light = " / ".join(f"{100.0 * eon_error(used, formula, lights=(light,)):.1f}" for light in LIGHT_DEGREES[::2])
             errors = " ".join(f"{100.0 * eon_error(roughness, formula):7.2f}" for roughness in (used, best, 0.0))
@@ -147,7 +154,7 @@ def lines() -> Iterator[str]:
             without = 100.0 * (Eon(used).color(albedo) / albedo - 1.0)
             least_error, off = (100.0 * each for each in brightest_error(used, formula))
             shown = f"{value:g}" if model.parameter else ""
-            color = f"{without:+8.1f} {least_error:7.2f}{off:+6.1f}"
+            color = f"{100.0 * scaled_error(used, formula):7.1f}{without:+8.1f} {least_error:7.2f}{off:+6.1f}"
             yield f"{model.label:20}{shown:>6}{used:7.3f}{best:8.3f} {errors} {albedos}{color}   {by_light}"
 
 
