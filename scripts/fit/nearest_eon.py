@@ -136,8 +136,8 @@ def lines() -> Iterator[str]:
 
     It has EON's roughness as registered and the nearest; the errors of these two and of Lambert; those of the registered one and of
     Lambert in directional albedo; that of a color whose image is scaled; for rho = 0.5 how far off the albedo is where a reader
-    lacks the extension, and the least error in any color, with how far off that is in albedo; and the first error by degrees between
-    light and viewer.
+    lacks the extension, and the least error in any color, with how far off that is in albedo; and the first error by degrees
+    between light and viewer.
     """
     yield (
         f"{'Model':20}{'Value':>6}{'EON':>7}{'Nearest':>8} {'Error':>7} {'Nearest':>7} {'Lambert':>7} {'Albedo':>7} {'Lambert':>7}"
