@@ -468,12 +468,15 @@ async function start() {
     arrange();
     draw(gl, scene);
     clearTimeout(measuring);
-    stage.ariaBusy = String(state.show !== "picture");
     if (state.show !== "picture") measuring = setTimeout(() => measure(scene), 60);
+    else stage.ariaBusy = "false";
   };
   /** For tests: the state of the page, and what is drawn of the look `k`, as numbers. */
   window.viewer = { state, pixels: (k, drawn, width, height) => scene.pixels(looks()[k], state, DRAWN[drawn], width, height) };
-  listen(() => (asked ||= requestAnimationFrame(show)));
+  listen(() => {
+    stage.ariaBusy = "true";
+    asked ||= requestAnimationFrame(show);
+  });
   show();
 }
 
