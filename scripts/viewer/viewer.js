@@ -455,7 +455,7 @@ function listen(changed) {
 
 async function start() {
   const gl = canvas.getContext("webgl2", { antialias: true });
-  if (!gl) return fail("This page draws with WebGL 2, which this browser lacks or has turned off. Any browser of 2022 or later has it.");
+  if (!gl) return fail("This page draws with WebGL 2, which this browser lacks or has turned off. Most browsers since 2022 have it.");
   if (!("DecompressionStream" in window)) return fail("This browser is too old for this page: it lacks DecompressionStream.");
   canvas.addEventListener("webglcontextlost", () => fail("The graphics driver has stopped. Load this page again to go on."));
   const images = data.images.map((source) => Object.assign(new Image(), { src: source }));
