@@ -565,9 +565,12 @@ class Graph:
             return depth[name]
 
         next_y: dict[int, float] = {}
+        places: list[float] = []
         for node in self.tree.nodes:
             x = column(node.name)
             y = next_y.get(x, 0.0)
-            node.location = (x * COLUMN, y)
+            places += (x * COLUMN, y)
             next_y[x] = y - NODE_HEIGHT - SOCKET_HEIGHT * sum(socket.enabled for socket in (*node.inputs, *node.outputs))
-            node.select = False
+        # all at once: Blender updates the whole tree each time that a single node moves
+        self.tree.nodes.foreach_set("location", places)
+        self.tree.nodes.foreach_set("select", [False] * len(self.tree.nodes))
