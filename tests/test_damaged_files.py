@@ -182,7 +182,15 @@ def test_limits_end_a_process_and_say_of_what(tmp_path: Path) -> None:
     assert not (tmp_path / "note").exists()
 
 
-@pytest.mark.parametrize("content", [b"{", b"[]", b'{"version": 2, "curves": [{}], "environment": 3}', b"\xff"])
+@pytest.mark.parametrize(
+    "content",
+    [
+        pytest.param(b"{", marks=pytest.mark.slow),
+        pytest.param(b"[]", marks=pytest.mark.slow),
+        b'{"version": 2, "curves": [{}], "environment": 3}',
+        b"\xff",
+    ],
+)
 def test_damaged_report_and_job_are_one_line(content: bytes, tmp_path: Path) -> None:
     (tmp_path / "job.json").write_bytes(content)
     for name, arguments in (("compare.py", ("--error", "1", "--report", "job.json")), ("task.py", ("render", "."))):

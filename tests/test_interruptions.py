@@ -150,6 +150,7 @@ def test_folder_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
     assert_bad_input(run_script("report.py", "--out", "file", cwd=tmp_path), "report.py: error: cannot write to output folder file")
 
 
+@pytest.mark.slow
 def test_characters_may_have_any_name(tmp_path: Path) -> None:
     stems = [
         "a b  c",

@@ -162,7 +162,7 @@ def test_whole_job_in_all_engines_gives_what_one_run_gives(tmp_path: Path, eevee
     assert len(records(job / "output")) == 2 * (3 * 5 + 5 + 4 + 1)
 
 
-@pytest.mark.render
+@pytest.mark.slow
 def test_realtime_and_cycles_are_held_against_each_other_whoever_did_which(tmp_path: Path, eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("Realtime finds no graphics driver here")
@@ -316,7 +316,7 @@ def test_task_names_a_file_that_vanished_and_one_that_is_elsewhere(tmp_path: Pat
 
 
 @pytest.mark.render
-@pytest.mark.parametrize(("key", "label"), [("eevee", "EEVEE"), ("realtime", "Realtime")])
+@pytest.mark.parametrize(("key", "label"), [("eevee", "EEVEE"), pytest.param("realtime", "Realtime", marks=pytest.mark.slow)])
 def test_worker_without_a_graphics_driver_says_so(key: str, label: str, tmp_path: Path) -> None:
     job = ordered(tmp_path, *SMALL, "--engine", f"{key},cycles", "--sigma", "0")
     hidden = {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nowhere", "DISPLAY": ""}

@@ -67,7 +67,7 @@ def test_killed_study_goes_on_from_what_it_has(tmp_path: Path) -> None:
     assert all(page.count(label) >= 2 for label in labels)  # in the diagram and in the table
 
 
-@pytest.mark.render
+@pytest.mark.slow
 def test_realtime_is_a_variant_and_can_be_picked(tmp_path: Path, eevee_runs_here: bool) -> None:
     if not eevee_runs_here:
         pytest.skip("Realtime finds no graphics driver here")

@@ -8,7 +8,6 @@ import bpy
 import pytest
 
 from support import run_script
-from true_diffuse.addon.blender.osl import compiles_osl
 from true_diffuse.scripts.characters import character
 
 pytestmark = pytest.mark.usefixtures("empty_file")
@@ -115,7 +114,7 @@ def test_character_runs_nothing_of_its_own(plaster: bool, hostile: Path, tmp_pat
 
 @pytest.mark.render
 def test_scripts_run_nothing_of_a_character(hostile: Path, tmp_path: Path) -> None:
-    small = ("--engine", "cycles,realtime" if compiles_osl() else "cycles", "--resolution", "96x36", "--samples", "1")
+    small = ("--engine", "cycles", "--resolution", "96x36", "--samples", "1")
     for name, arguments in (
         ("compare.py", ("--character", hostile, *small, "--sigma", "0.2", "--frames", "1-2")),
         ("export_usd.py", ("--scene", hostile)),
