@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 KEY = "trueDiffuse"
 FORMAT = 1
-NOT_IN_FILE = "an import finds nothing of it"
 
 FAILURES = (
     RuntimeError, TypeError, ValueError, LookupError, AttributeError, ImportError, AssertionError, ArithmeticError, OSError,
