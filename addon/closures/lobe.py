@@ -3,7 +3,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 from ..models.fujii import SHAPE
 from ..models.quadrature import NORMAL
@@ -46,8 +46,18 @@ class Lobe(NamedTuple):
         return 0.5 * (max(0.0, middle + side) + max(0.0, middle - side))
 
 
+    @property
+    def under(self) -> Self:
+        """The lobe around -N or N that is as far up as this one: `along` and `side` left out."""
+        return self._replace(along=0.0, side=0.0)
+
+    def length(self, mu: float) -> float:
+        """Return the length of d: what a uniform world of radiance 1 gives the lobe in EEVEE, over pi."""
+        return math.hypot(self.along, self.side, self.up(mu))
+
+
 class Fit(NamedTuple):
-    """The lobes of a set for one function or two, and for each function the weight of every lobe."""
+    """The lobes of a set for one function or two, and for each function the weight of every lobe; of SIGNED see `signed_values`."""
 
     lobes: tuple[Lobe, ...]
     weights: Mapping[str, tuple[Weight, ...]]
@@ -104,4 +114,21 @@ def lobe_values(lobe_set: str, lobes: tuple[Lobe, ...], l: Vector, mu: float, me
     if lobe_set == CYCLES:
         shadow = cycles_lobe(NORMAL, l, mesh) / l[2]
         return (l[2] * shadow, SHAPE.value(l, mu) * shadow, cycles_lobe(away(mesh, 1.0 / math.tan(CYCLES_AWAY)), l, mesh))
+    if lobe_set == SIGNED:
+        return (l[2], *(crease.along * capped(crease, l, mu, 1.0, 0.0) for crease in lobes))
     return tuple(lobe.value(*l, mu) for lobe in lobes)
+
+
+def capped(crease: Lobe, l: Vector, mu: float, weight: float, under: float) -> float:
+    """Return `weight` max(0, +-x) without what of it is beyond the crease, for light from `l`, which may be below the surface.
+
+    `under` is the weight of the lobe under the surface, which takes the part of the crease's lobe that light from there has.
+    """
+    beyond = max(0.0, weight * crease.value(*l, mu) - under * crease.under.value(*l, mu))
+    return max(0.0, weight * max(0.0, crease.along * l[0]) - beyond)
+
+
+def capped_albedo(crease: Lobe, mu: float, weight: float, under: float) -> float:
+    """Return what `capped` reflects of a uniform world in EEVEE, which cuts nothing of a world off at the horizon."""
+    beyond = max(0.0, weight * crease.length(mu) - under * crease.under.length(mu))
+    return max(0.0, weight - beyond)

@@ -19,13 +19,13 @@ c(mu) max(0, d.L) around directions d that move with mu; `lobe_table.json` has t
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ..models.geometry import clamp
 from ..models.protocol import Model
 from ..models.quadrature import NORMAL
-from ..models.registry import CyclesClosures, ReflectanceModel, by_formula
+from ..models.registry import CyclesClosures, by_formula
 from ..models.terms import float_view
 from ..models.vector import Vector, add, cross, dot, normalize, scale
 from .lobe import (
@@ -36,6 +36,8 @@ from .lobe import (
     SIGNED,
     SINGLE,
     Fit,
+    Lobe,
+    capped,
     cycles_lobe,
     eevee_horizon,
     lobe_values,
@@ -78,13 +80,15 @@ class Rendered:
             return rho / math.pi * facing * max(0.0, z) * shadow
         lobes, table = self.table[self.lobe_set][family]
         weights = [sum(w * table[name][k].at(mu) for name, w in functions.items()) for k in range(len(next(iter(table.values()))))]
+        if self.lobe_set == SIGNED:
+            base, reserve = shares(facing + weights[0], lobes, weights)
+            toward, *away = (capped(lobe, light, mu, *weights[2 * k + 1 : 2 * k + 3]) for k, lobe in enumerate(lobes))
+            lit = max(0.0, z)
+            return rho / math.pi * (base * lit + max(0.0, reserve * lit + toward - sum(away)))
         values = lobe_values(self.lobe_set, lobes, light, mu, mesh)
         total = sum(weight * value for weight, value in zip(weights, values, strict=True))
         if self.lobe_set == SINGLE:
             return rho / math.pi * max(0.0, facing * z + total) if z > 0.0 else 0.0
-        if self.lobe_set == SIGNED:
-            below = facing - floor(registered, functions, mu)  # the base around N, apart from what keeps the sum of lobes positive
-            return rho / math.pi * (below * max(0.0, z) + eevee_horizon(z) * max(0.0, total + (facing - below) * max(0.0, z)))
         if self.lobe_set == PAIR:
             around, bent = max(0.0, facing + weights[0]), max(0.0, weights[1])  # closures have no negative colors
             return rho / math.pi * eevee_horizon(z) * (around * values[0] + bent * values[1])
@@ -110,6 +114,11 @@ class Shadowed:
         return self.model.radiance(n, l, v, albedo) * (cycles_lobe(n, l, self.mesh_normal) / n_dot_l)
 
 
-def floor(model: ReflectanceModel, functions: Mapping[str, float], mu: float) -> float:
-    """Return the fraction of the base around N that the signed lobes carry with them, so that their sum is nowhere negative."""
-    return math.sqrt(1.0 - mu * mu) * sum(functions[function.name] for function in model.functions if function.is_signed)
+def shares(facing: float, creases: Sequence[Lobe], weights: Sequence[float]) -> tuple[float, float]:
+    """Return the weight of the base around N in SIGNED, and of what of it keeps the sum of lobes from being negative.
+
+    `capped` is nowhere more than its crease's slope times z; and a base has no negative color.
+    """
+    reserve = sum(weights[3] * -crease.up_0 for crease in creases[1:])
+    base = max(0.0, facing - reserve)
+    return base, facing - base

@@ -13,12 +13,11 @@ import math
 from collections.abc import Callable
 from functools import partial
 
-from ..closures.lobe import CYCLES_AWAY, GRAZING
+from ..closures.lobe import CYCLES_AWAY
 from .graph import Graph, Group, Number, Operand, Socket, Value
 
 BLACK = (0.0, 0.0, 0.0, 1.0)
 WHITE = (1.0, 1.0, 1.0, 1.0)
-FAINT = (2e-5, 2e-5, 2e-5, 1.0)  # EEVEE drops what is below 1e-5
 DOUBLINGS = 3  # each leaves a quarter of the multiple scattering: at rho = 1 and sigma = 1 some 0.1 % of the whole
 
 
@@ -32,7 +31,6 @@ def _number(name: str, description: str) -> Socket:
 
 N = _vector("N", "Shading normal")
 TANGENT = _vector("Tangent", "Unit vector V_t across N, towards the viewer")
-MU = _number("N.V", "Cosine of the angle between normal and viewer")
 FACING = _vector("Facing", "Color of the lobe around N")
 TOWARD = _vector("Toward", "Color of the lobe towards the viewer")
 AWAY = _vector("Away", "Color of the lobe away from the viewer")
@@ -66,31 +64,33 @@ def build_pair(graph: Graph) -> Value:
     return _noise_free_pair(graph, graph.maximum(facing, 0.0), n, graph.maximum(toward, 0.0) * length, bent)
 
 
-def build_signed(graph: Graph, under: bool) -> Value:
-    """The lobes of either sign; `under`: with the one from under the surface, which equation (1) does without."""
-    inputs = {socket.name: graph.input(socket) for socket in (SIGNED_LOBES_UNDER if under else SIGNED_LOBES).inputs}
+def build_signed(graph: Graph, both: bool) -> Value:
+    """What `closures.lobe.capped` gives towards the viewer, as light that is emitted; `both`: without what it gives away from it.
+
+    Each lobe is a Diffuse closure of its own Shader to RGB, which needs no light from those that face away from it: EEVEE leaves
+    that out before it looks for shadows.
+    """
+    inputs = {socket.name: graph.input(socket) for socket in (SIGNED_LOBES_BOTH if both else SIGNED_LOBES).inputs}
     n, tangent = inputs["N"], inputs["Tangent"]
-    slope = 1.0 / graph.maximum(inputs["N.V"], GRAZING)
-    far_up = inputs["Far Steep"] * slope
-    back = tangent * -1.0
-    across = graph.vector_math("CROSS_PRODUCT", n, tangent) * inputs["Side"]
+    across = graph.vector_math("CROSS_PRODUCT", n, tangent)
 
-    def lobe(name: str, direction: Value, up: Operand, share: float = 1.0) -> Value:
-        bent, length = _along(graph, direction, n, up)
-        white = graph.shader_to_rgb(_noise_free_pair(graph, FAINT, n, WHITE, bent))
-        return white * (inputs[name] * (length * share))
+    def lit(d: Value) -> Value:
+        return graph.shader_to_rgb(graph.diffuse(WHITE, d))
 
-    # Over far_up, up to 18, inside, times it outside: EEVEE clamps what a world adds to a closure, to a radiance of 10 by default
-    facing, toward = graph.maximum(inputs["Facing"], 0.0), graph.maximum(inputs["Toward"], 0.0) / far_up
-    total = graph.shader_to_rgb(_noise_free_pair(graph, facing, n, toward, tangent)) * far_up
-    total += lobe("Away", back, 0.0)
-    total += lobe("Near", tangent, inputs["Near Steep"] * slope * -1.0)
-    total += lobe("Far", back + across, far_up, 0.5)
-    total += lobe("Far", back - across, far_up, 0.5)
-    if under:
-        total += lobe("Under", back, inputs["Under Up"])
-    base = graph.diffuse(graph.maximum(inputs["Base"], 0.0), n)
-    return graph.add_shader(base, graph.emission(graph.maximum(total, 0.0)))
+    under = lit(n * -1.0)
+
+    def capped(color: Value, color_under: Value, along: Value, up: Value, side: Value) -> Value:
+        middle, aside = along - n * up, across * side
+        length = graph.vector_math("LENGTH", middle + aside, output="Value")
+        beyond = (lit(middle + aside) + lit(middle - aside)) * (length * 0.5)
+        rest = graph.maximum(beyond * color - under * color_under, 0.0)
+        return graph.maximum(lit(along) * color - rest, 0.0)
+
+    total = capped(inputs["Toward"], inputs["Under"], tangent, inputs["Crease"], inputs["Side"])
+    if both:
+        away = capped(inputs["Away"], inputs["Away Under"], tangent * -1.0, inputs["Away Crease"], inputs["Away Side"])
+        total = graph.maximum(graph.multiply_add(lit(n), inputs["Reserve"], total) - away, 0.0)
+    return graph.add_shader(graph.diffuse(graph.maximum(inputs["Base"], 0.0), n), graph.emission(total))
 
 
 def single_scattering(graph: Graph, n: Value, color: Value, factor: Number, roughness: Operand) -> Value:
@@ -112,41 +112,47 @@ def away_lobe(graph: Graph, tangent: Value, n: Value, color: Value, mapped: bool
     return graph.diffuse(graph.maximum(color, 0.0), direction)
 
 
-def _inner(key: str, label: str, description: str, inputs: tuple[Socket, ...], build: Callable[[Graph], Value]) -> Group:
-    return Group(key, f".True Diffuse {label}", label, 2, description, inputs, lambda graph: {"BSDF": build(graph)})
+def _inner(
+    key: str, label: str, description: str, version: int, inputs: tuple[Socket, ...], build: Callable[[Graph], Value]
+) -> Group:
+    return Group(key, f".True Diffuse {label}", label, version, description, inputs, lambda graph: {"BSDF": build(graph)})
 
 
 SINGLE_LOBE = _inner(
-    "single", "Single Lobe", "EEVEE: one Diffuse closure around the sum of two lobes", (N, TANGENT, FACING, TOWARD), build_single
+    "single", "Single Lobe", "EEVEE: one Diffuse closure around the sum of two lobes", 2, (N, TANGENT, FACING, TOWARD), build_single
 )
 LOBE_PAIR = _inner(
     "pair",
     "Lobe Pair",
     "EEVEE: a lobe around the normal and one bent towards the viewer, both in every sample",
+    2,
     (N, TANGENT, FACING, TOWARD, _number("Up", "How far the bent lobe rises towards N")),
     build_pair,
 )
 _SIGNED = (
     N,
     TANGENT,
-    MU,
-    _vector("Base", "Color of the closure that is not part of the sum"),
-    FACING,
+    _vector("Base", "Color of the closure around N, which is not part of the sum"),
     TOWARD,
-    AWAY,
-    _vector("Near", "Color of the lobe whose crease is nearer to the horizon"),
-    _vector("Far", "Color of the lobes whose crease is farther from it"),
-    _number("Near Steep", "How steep the nearer crease is"),
-    _number("Far Steep", "How steep the farther crease is"),
-    _number("Side", "How far the farther crease is split sideways"),
+    _vector("Under", "Color of the lobe under the surface, beside the lobe towards the viewer"),
+    _number("Crease", "How steep the crease is up to which light counts whole, towards the viewer"),
+    _number("Side", "How far that crease is split sideways"),
 )
 SIGNED_LOBES = _inner(
-    "signed", "Signed Lobes", "EEVEE: lobes of either sign through Shader to RGB", _SIGNED, partial(build_signed, under=False)
+    "signed", "Signed Lobes", "EEVEE: lobes of either sign through Shader to RGB", 3, _SIGNED, partial(build_signed, both=False)
 )
-SIGNED_LOBES_UNDER = _inner(
-    "signed_under",
-    "Signed Lobes, Under",
-    "EEVEE: lobes of either sign through Shader to RGB, one of them from under the surface",
-    (*_SIGNED, _vector("Under", "Color of the lobe from under the surface"), _number("Under Up", "How far it rises, below 0")),
-    partial(build_signed, under=True),
+SIGNED_LOBES_BOTH = _inner(
+    "signed_both",
+    "Signed Lobes, Both Sides",
+    "EEVEE: lobes of either sign through Shader to RGB, towards the viewer and away",
+    1,
+    (
+        *_SIGNED,
+        _vector("Reserve", "Color of the lobe around N that keeps the sum above 0"),
+        AWAY,
+        _vector("Away Under", "Color of the lobe under the surface, beside the lobe away from the viewer"),
+        _number("Away Crease", "How steep the crease is, away from the viewer"),
+        _number("Away Side", "How far that crease is split sideways"),
+    ),
+    partial(build_signed, both=True),
 )

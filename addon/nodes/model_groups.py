@@ -11,8 +11,8 @@ from ..models.fujii import K1, FujiiTerms
 from ..models.registry import CyclesClosures, ReflectanceModel
 from ..models.terms import Expansion, SingleLightTerms
 from .chosen_lights import L, weighted_mean
-from .graph import COLOR, Graph, Group, Number, Socket, Value
-from .lobe_nodes import LOBE_PAIR, SIGNED_LOBES, SIGNED_LOBES_UNDER, SINGLE_LOBE, away_lobe, single_scattering
+from .graph import COLOR, Graph, Group, Number, Operand, Socket, Value
+from .lobe_nodes import LOBE_PAIR, SIGNED_LOBES, SIGNED_LOBES_BOTH, SINGLE_LOBE, away_lobe, single_scattering
 from .model_nodes import N, Surface, parameters
 
 CHOSEN = NUMBERS[CHOSEN_LIGHTS]
@@ -119,29 +119,34 @@ def build_single_light(graph: Graph, model: ReflectanceModel) -> dict[str, Value
 
 
 def signed_lobes(surface: Surface, model: ReflectanceModel, expansion: Expansion, weights: list[Number]) -> Value:
-    """Return the signed lobes of a model, in EEVEE."""
-    graph, color, mu = surface.graph, surface.view.color, surface.view.mu
-    facing, toward, away, near, far, *under = (color * weight for weight in weights)
-    _, _, _, near_lobe, far_lobe, *under_lobe = TABLE[SIGNED][model.functions[0].name].lobes
-    base = expansion.facing
-    signed = [expansion.functions[function.name] for function in model.functions if function.is_signed]
-    if signed:  # closures.lobes.floor says why
-        floor = sum(signed[1:], signed[0]) * surface.view.sine
-        base = base - floor
-        facing = facing + color * floor * (graph.maximum(mu, GRAZING) * (1.0 / far_lobe.steep))
-    more = {"Under": under[0], "Under_Up": under_lobe[0].up_0} if under else {}
+    """Return the signed lobes of a model, in EEVEE: see `closures.lobes.shares`."""
+    graph, color = surface.graph, surface.view.color
+    toward, *away = TABLE[SIGNED][model.functions[0].name].lobes
+    slope = 1.0 / graph.maximum(surface.view.mu, GRAZING)
+    frame = {"N": surface.n, "Tangent": surface.tangent}
+    crease = -toward.steep * slope
+    around, toward_weight, under, *away_weights = weights
+    base = expansion.facing + around
+    more: dict[str, Operand] = {}
+    if away:
+        (lobe,), (away_weight, away_under) = away, away_weights
+        rest = graph.maximum(base - away_weight * -lobe.up_0, 0.0)
+        more = {
+            "Reserve": color * (base - rest),
+            "Away": color * away_weight,
+            "Away_Under": color * (away_under * -lobe.up_0),
+            "Away_Crease": -lobe.up_0,
+            "Away_Side": lobe.side,
+        }
+        base = rest
     return graph.group(
-        SIGNED_LOBES_UNDER if under else SIGNED_LOBES,
-        **{"N": surface.n, "Tangent": surface.tangent, "N.V": mu},
+        SIGNED_LOBES_BOTH if away else SIGNED_LOBES,
+        **frame,
         Base=color * base,
-        Facing=facing,
-        Toward=toward,
-        Away=away,
-        Near=near,
-        Far=far,
-        Near_Steep=-near_lobe.steep,
-        Far_Steep=far_lobe.steep,
-        Side=far_lobe.side,
+        Toward=color * toward_weight,
+        Under=color * (under * crease),
+        Crease=crease,
+        Side=toward.side,
         **more,
     )["BSDF"]
 

@@ -8,7 +8,7 @@ uv run scripts/fit/lobes.py --out addon/closures/lobe_table.json --search      m
 import math
 import sys
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -36,9 +36,8 @@ SEARCH_ORDER = 12  # the same, for `search`
 STEP, STEP_END, ENOUGH = 0.12, 0.01, 1e-6  # its steps, and what counts as better
 ORDER = 24  # lights: this many elevations, and azimuths in half a circle, for each view
 ASIDE: Vector = (0.6, 0.0, 0.8)  # a light
-START = {PAIR: (0.0, 1.0), SIGNED: (0.8, 1.0, 0.6, 0.9)}  # of the search, for functions that are new
-# How much a uniform world counts against lamps where the signed lobes are fitted: enough to make it right to 0.1 %.
-WORLD = 1000.0
+START = {PAIR: ((0.0, 1.0),) * 2, SIGNED: ((0.93, 0.55), (0.93, 0.5, 1.1, 0.6))}  # of the search, for a new function: Fujii's half, another
+WORLD = 1000.0  # how much a uniform world counts against lamps where it is fitted beside them
 MAPPED_VIEWS, TILTS, TILT_AZIMUTHS = (15, 35, 55, 75), (5, 15, 30, 45), (0, 45, 90, 135, 180)  # degrees
 MAPPED_ORDER, LOWEST = 8, 0.1
 RIDGE = 1e-9  # keeps weights small that the light hardly tells apart
@@ -46,19 +45,13 @@ RIDGE = 1e-9  # keeps weights small that the light hardly tells apart
 type Directions = dict[tuple[str, str], tuple[float, ...]]  # by family and lobe set
 
 FACING = Lobe(0.0, 0.0, 1.0, 0.0, 0.0)
-SIDEWAYS = Lobe(1.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def signed_lobes(near: float, far: float, side: float, under: float | None = None) -> tuple[Lobe, ...]:
-    """Return the signed lobes whose creases lie at x = `near` z / mu and at x = `far` z / mu, the latter split by `side`."""
-    lobes = (
-        Lobe(0.0, 0.0, 0.0, 0.0, far),
-        SIDEWAYS,
-        Lobe(-1.0, 0.0, 0.0, 0.0, 0.0),
-        Lobe(1.0, 0.0, 0.0, 0.0, -near),
-        Lobe(-1.0, side, 0.0, 0.0, far),
-    )
-    return lobes if under is None else (*lobes, Lobe(-1.0, 0.0, -under, 0.0, 0.0))
+def signed_lobes(*directions: float) -> tuple[Lobe, ...]:
+    """Return the creases, each split sideways: one at x = `steep` z / mu and, with four numbers, one at x = -`up` z."""
+    steep, side, *other = directions
+    crease = Lobe(1.0, side, 0.0, 0.0, -steep)
+    return (crease, Lobe(-1.0, other[1], -other[0], 0.0, 0.0)) if other else (crease,)
 
 
 def pair_lobes(up_0: float, up_1: float) -> tuple[Lobe, ...]:
@@ -96,11 +89,11 @@ class Family(NamedTuple):
             return ()
         known = TABLE[lobe_set].get(self.model.functions[0].name)
         if known is None:
-            return START[lobe_set]
+            return START[lobe_set][not self.is_half_of_fujii]
         if lobe_set == PAIR:
             return known.lobes[1].up_0, known.lobes[1].up_1
-        far, _, _, near, _, *under = known.lobes
-        return -near.steep, far.steep, known.lobes[4].side, *(-lobe.up_0 for lobe in under)
+        crease, *other = known.lobes
+        return -crease.steep, crease.side, *(number for lobe in other for number in (-lobe.up_0, lobe.side))
 
 
 def families() -> dict[str, Family]:
@@ -129,43 +122,74 @@ def unknowns_of(lobe_set: str, family: Family, lobes: int) -> list[tuple[int, in
     """
     if lobe_set == CYCLES:
         return [(1, 0), (2, 1)] if family.is_half_of_fujii else [(k, power) for k in (0, 1) for power in range(4)]
-    return [(k, power) for k in range(lobes) for power in range(4) if power > 0 or (k == 0 and not family.vanishes)]
+    first = 1 if lobe_set == SIGNED and family.is_half_of_fujii else 0
+    return [(k, power) for k in range(first, lobes) for power in range(4) if power > 0 or (k == 0 and not family.vanishes)]
 
 
 def fit(lobe_set: str, family: Family, lobes: tuple[Lobe, ...], order: int, views: Sequence[int]) -> Fit:
     """Return the least-squares weights of a family's functions; `order` and `views` [degrees from N] set how finely."""
     functions = {function.name: function.value for function in family.model.functions}
-    count = len(lobes) or (2 if lobe_set == SINGLE else 3)
+    count = len(lobes) + 1 if lobe_set == SIGNED else len(lobes) or (2 if lobe_set == SINGLE else 3)
     unknowns = unknowns_of(lobe_set, family, count)
     directions = lights(order)
     rows: list[list[float]] = []
     counted: list[float] = []  # how much each row counts
     wanted: dict[str, list[float]] = {name: [] for name in functions}
     for view in views:
-        mu, sine = math.cos(math.radians(view)), math.sin(math.radians(view))
-        powers = (1.0, sine, sine * mu, sine * mu * mu)
-        received = dict.fromkeys(functions, 0.0)
+        mu = math.cos(math.radians(view))
+        powers = powers_of(mu)
         for l, solid_angle in directions:
             values = lobe_values(lobe_set, lobes, l, mu)
             rows.append([values[k] * powers[power] for k, power in unknowns])
             counted.append(solid_angle)
             for name, function in functions.items():
                 wanted[name].append(function(l, mu))
-                received[name] += solid_angle * wanted[name][-1] / math.pi
-        if lobe_set == SIGNED:
-            # a uniform world gives a lobe in EEVEE its length, whatever part of it is below the surface
-            lengths = [math.hypot(lobe.along, lobe.side, lobe.up(mu)) for lobe in lobes]
-            rows.append([lengths[k] * powers[power] for k, power in unknowns])
-            counted.append(WORLD)
-            for name, target in received.items():
-                wanted[name].append(target)
+    if lobe_set == SIGNED and not family.vanishes:  # seen along N a uniform world, too, has the lobe around N alone
+        rows.append([float(power == 0) for _, power in unknowns])
+        counted.append(WORLD)
+        for name, function in functions.items():
+            wanted[name].append(sum(solid_angle * function(l, 1.0) for l, solid_angle in directions) / math.pi)
     weights = {}
     for name in functions:
         numbers = [[0.0] * 4 for _ in range(count)]
         for (k, power), value in zip(unknowns, least_squares(rows, wanted[name], counted, RIDGE), strict=True):
             numbers[k][power] = value
         weights[name] = tuple(Weight(*row) for row in numbers)
+        if lobe_set == SIGNED:
+            weights[name] = with_world(functions[name], lobes, weights[name], directions, views)
     return Fit(lobes, weights)
+
+
+def powers_of(mu: float) -> tuple[float, ...]:
+    """Return what the numbers of a weight are the factors of."""
+    sine = math.sqrt(1.0 - mu * mu)
+    return 1.0, sine, sine * mu, sine * mu * mu
+
+
+def with_world(
+    function: Callable[[Vector, float], float],
+    creases: tuple[Lobe, ...],
+    weights: tuple[Weight, ...],
+    directions: list[tuple[Vector, float]],
+    views: Sequence[int],
+) -> tuple[Weight, ...]:
+    """Return the weights of the signed lobes with those of the lobes under the surface, which no lamp above it reaches.
+
+    With them a uniform world is reflected as it should be, on either side of N.
+    """
+    around, *sides = weights
+    result = [around]
+    for crease, weight in zip(creases, sides, strict=True):
+        rows, wanted = [], []
+        for view in views:
+            mu = math.cos(math.radians(view))
+            lit = [(l, solid_angle) for l, solid_angle in directions if crease.along * l[0] > 0.0]
+            received = crease.along / math.pi * sum(a * (function(l, mu) - around.at(mu) * l[2]) for l, a in lit)
+            length = crease.under.length(mu)
+            rows.append([power * length for power in powers_of(mu)])
+            wanted.append(received - weight.at(mu) * (1.0 - crease.length(mu)))
+        result += [weight, Weight(*least_squares(rows, wanted, None, RIDGE))]
+    return tuple(result)
 
 
 def fit_all(order: int, views: Sequence[int], better: Directions | None = None) -> dict[str, dict[str, Fit]]:
