@@ -45,7 +45,6 @@ class Lobe(NamedTuple):
         middle, side = self.along * x + self.up(mu) * z, self.side * y
         return 0.5 * (max(0.0, middle + side) + max(0.0, middle - side))
 
-
     @property
     def under(self) -> Self:
         """The lobe around -N or N that is as far up as this one: `along` and `side` left out."""
@@ -57,7 +56,10 @@ class Lobe(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """The lobes of a set for one function or two, and for each function the weight of every lobe; of SIGNED see `signed_values`."""
+    """The lobes of a set for one function or two, and for each function the weight of every lobe.
+
+    Of SIGNED the lobes are the creases, and the weights those of the lobe around N and, for each crease, the two of `capped`.
+    """
 
     lobes: tuple[Lobe, ...]
     weights: Mapping[str, tuple[Weight, ...]]
@@ -122,7 +124,9 @@ def lobe_values(lobe_set: str, lobes: tuple[Lobe, ...], l: Vector, mu: float, me
 def capped(crease: Lobe, l: Vector, mu: float, weight: float, under: float) -> float:
     """Return `weight` max(0, +-x) without what of it is beyond the crease, for light from `l`, which may be below the surface.
 
-    `under` is the weight of the lobe under the surface, which takes the part of the crease's lobe that light from there has.
+    The lobe around the crease looks far below the surface: `under` is the weight of one around -N, which takes from it what light
+    from there gives, and which no light from above reaches. So a uniform world is reflected as it should be. Both maxima keep a
+    light that is partly below from leaving anything but what its visible part does.
     """
     beyond = max(0.0, weight * crease.value(*l, mu) - under * crease.under.value(*l, mu))
     return max(0.0, weight * max(0.0, crease.along * l[0]) - beyond)

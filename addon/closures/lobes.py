@@ -8,8 +8,11 @@ c(mu) max(0, d.L) around directions d that move with mu; `lobe_table.json` has t
 - SINGLE, EEVEE: one Diffuse closure around the vector sum of all lobes.
 - PAIR, EEVEE: one around N, one bent towards the viewer. H = clamp(10 z + 1) is EEVEE's own: light from behind the surface fades
   out within 6 degrees.
-- SIGNED, EEVEE: lobes of either sign, each through its own Shader to RGB, beside a base around N. They are fitted so that a
-  uniform world, which EEVEE does not cut off at a lobe's horizon, is reflected as it should be, too.
+- SIGNED, EEVEE: beside a base around N, which is a closure of its own, sums of what Shader to RGB says of single lobes, and
+  maxima of them: max(0, x) without its part beyond a crease x = K z / mu, which is within 1 % of T / sin(v) if the crease is split
+  sideways. A sum of clamped cosines alone cannot be right under a large light that is partly behind the surface, nor in a uniform
+  world: f(L) - f(-L) is linear in L, so where it is 0 below the surface it is Lambert's law. `lobe.capped` says how the maxima
+  make it so. Functions that are negative away from the viewer lose the same there, around a crease of their own.
 - CYCLES: its Diffuse closure is Fujii's model, exact for the viewer's side of N; one lobe 85.6 degrees away from the viewer
   corrects the other side. Cycles shadows what is bent away from the mesh's normal M ("bump map correction"): as a GGX surface of
   alpha^2 = tan^2(angle between the two) / 8, at most 1, by A. Conty Estevez, P. Lecocq, C. Stein, "A Microfacet-Based Shadowing

@@ -36,7 +36,8 @@ SEARCH_ORDER = 12  # the same, for `search`
 STEP, STEP_END, ENOUGH = 0.12, 0.01, 1e-6  # its steps, and what counts as better
 ORDER = 24  # lights: this many elevations, and azimuths in half a circle, for each view
 ASIDE: Vector = (0.6, 0.0, 0.8)  # a light
-START = {PAIR: ((0.0, 1.0),) * 2, SIGNED: ((0.93, 0.55), (0.93, 0.5, 1.1, 0.6))}  # of the search, for a new function: Fujii's half, another
+# Of the search, for functions that are new: Fujii's half, and others
+START = {PAIR: ((0.0, 1.0), (0.0, 1.0)), SIGNED: ((0.93, 0.55), (0.93, 0.5, 1.1, 0.6))}
 WORLD = 1000.0  # how much a uniform world counts against lamps where it is fitted beside them
 MAPPED_VIEWS, TILTS, TILT_AZIMUTHS = (15, 35, 55, 75), (5, 15, 30, 45), (0, 45, 90, 135, 180)  # degrees
 MAPPED_ORDER, LOWEST = 8, 0.1
