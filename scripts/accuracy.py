@@ -72,6 +72,17 @@ def engines(_options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     yield Section(steps, {"RMS difference of EEVEE from Cycles, in %": study.between_engines_table})
 
 
+def soft(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
+    """Hold EEVEE against Cycles under area lights of four sizes, all around a sphere."""
+    from true_diffuse.scenes.sphere import sphere_under_sun
+    from true_diffuse.scripts.studies import rough as study
+
+    if len(engines) < len(NODE_ENGINES):
+        raise BadInput("EEVEE and Cycles are both needed to hold them against each other")
+    steps = study.soft(sphere_under_sun(BOTH_SIZE), options.quick)
+    yield Section(steps, {"RMS difference of EEVEE from Cycles under an area light, in %": study.soft_table})
+
+
 def stability(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Hold GLSL and OSL in 32-bit floats against their formulas in 50 digits, and the plain subsurface formulas against ours."""
     try:
@@ -247,6 +258,7 @@ MEASURES: dict[str, Measure] = {
         rough,
         mapped,
         engines,
+        soft,
         stability,
         cost,
         scale,

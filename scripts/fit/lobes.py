@@ -49,7 +49,11 @@ FACING = Lobe(0.0, 0.0, 1.0, 0.0, 0.0)
 
 
 def signed_lobes(*directions: float) -> tuple[Lobe, ...]:
-    """Return the creases, each split sideways: one at x = `steep` z / mu and, with four numbers, one at x = -`up` z."""
+    """Return the creases, each split sideways: one at x = `steep` z / mu and, with four numbers, one at x = -`up` z.
+
+    Fujii's `up` in the table is steeper than the search finds, 1.15 instead of 1: lights far behind the surface are twice as near
+    to the model then, for 0.03 % of lobe error at a roughness of 0.33.
+    """
     steep, side, *other = directions
     crease = Lobe(1.0, side, 0.0, 0.0, -steep)
     return (crease, Lobe(-1.0, other[1], -other[0], 0.0, 0.0)) if other else (crease,)

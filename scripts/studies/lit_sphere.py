@@ -9,9 +9,10 @@ from mathutils import Matrix
 
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.measure import error
-from true_diffuse.scenes.elements import towards
+from true_diffuse.scenes.elements import beside_viewer, towards
 from true_diffuse.scenes.sphere import SphereUnderSun
 
+AREA_POWER = 300.0  # W
 NOISELESS = 512  # Cycles' samples under a sky: its noise is far below what the engines differ by
 
 
@@ -47,6 +48,15 @@ def three_lights() -> list[bpy.types.Object]:
         light.matrix_world = Matrix.Translation(position) @ towards(position)
         lights.append(light)
     return lights
+
+
+def area_light(degrees: float, size: float, distance: float) -> bpy.types.Object:
+    """Return a square area light, `size` [m] across, at `distance` [m] from the origin, `degrees` beside the viewer; in no scene."""
+    data = bpy.data.lights.new("Area", "AREA")
+    data.energy, data.size = AREA_POWER, size
+    light = bpy.data.objects.new("Area", data)
+    light.matrix_world = beside_viewer(degrees) @ Matrix.Translation((0.0, 0.0, distance))
+    return light
 
 
 def sky(below: tuple[float, float, float], above: tuple[float, float, float], strength: float) -> bpy.types.World:

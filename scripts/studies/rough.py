@@ -22,7 +22,7 @@ from true_diffuse.addon.models.registry import IOR
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group, chosen_lights
 from true_diffuse.scenes.sphere import COLOR, SphereUnderSun
 from true_diffuse.scripts.studies import lit_sphere, osl_values
-from true_diffuse.scripts.studies.lit_sphere import sky, three_lights
+from true_diffuse.scripts.studies.lit_sphere import area_light, sky, three_lights
 from true_diffuse.scripts.studies.study import Step, Table, percent, pivot, text
 
 SIGMAS = (0.2, 0.33, 1.0)
@@ -32,6 +32,9 @@ QUICK_LIGHT_DEGREES = (0.0, 60.0, 120.0)
 OTHER_SIGMAS = (0.33, 1.0)  # for the models beside the paper's own
 ENGINES_SAMPLES = 16  # of EEVEE where it is held against Cycles: its area lamps are noisy
 OSL_WORK = 20.0  # the measured lobe errors take as long as so many records
+SOFT_DISTANCE = 4.3  # m, of area lights
+SOFT_SIZES, QUICK_SOFT_SIZES = (0.1, 0.5, 1.5, 3.0), (1.5,)  # m
+SOFT_DEGREES, QUICK_SOFT_DEGREES = tuple(map(float, range(0, 151, 10))), (0.0, 60.0, 110.0, 130.0)  # between light and viewer
 SKY = ((0.35, 0.3, 0.25), (0.4, 0.6, 1.0), 0.5)
 
 
@@ -226,6 +229,51 @@ def between_engines(sphere: SphereUnderSun) -> list[Step]:
             }
 
     return [Step(f"EEVEE and Cycles  {pair[1]}  {pair[0].name}  {pair[2]:g}", partial(measure, *pair)) for pair in pairs]
+
+
+def soft(sphere: SphereUnderSun, quick: bool) -> list[Step]:
+    """Return a step for each material and size of an area light: EEVEE's RMS difference from Cycles, without bounces, by its angle.
+
+    What Lambert differs by is the engines' own: their shadows at the terminator, and how they integrate a light over its area.
+    """
+    sizes, angles = (QUICK_SOFT_SIZES, QUICK_SOFT_DEGREES) if quick else (SOFT_SIZES, SOFT_DEGREES)
+    models = (PAPER,) if quick else (PAPER, *(EVERY[name] for name in ("fujii", "eon", "cycles_diffuse", "oren_nayar_1994")))
+    cases = [(LAMBERT, BALANCED, 0.0), *product(models, (BALANCED, PRECISE), QUICK_SIGMAS if quick else OTHER_SIGMAS)]
+    lights = {(size, degrees): area_light(degrees, size, SOFT_DISTANCE) for size, degrees in product(sizes, angles)}
+
+    def measure(measured: MeasuredModel, quality: str, sigma: float, size: float) -> Iterator[Record]:
+        material = measured.material(quality, Color=COLOR, **({"Roughness": sigma} if measured.is_rough else {}))
+        for degrees in angles:
+            light = lights[size, degrees]
+            seconds, difference = lit_sphere.between_engines(sphere, material, [light], None, ENGINES_SAMPLES)
+            yield {
+                "quality": quality,
+                "model": measured.name,
+                "sigma": sigma if measured.is_rough else None,
+                "light_size": size,
+                "light_degrees": degrees,
+                "samples": ENGINES_SAMPLES,
+                "rms_difference": known(difference),
+                "render_seconds": seconds,
+            }
+
+    return [
+        Step(f"Soft light  {quality}  {each.name}  {sigma:g}  {size:g} m", partial(measure, each, quality, sigma, size))
+        for (each, quality, sigma), size in product(cases, sizes)
+    ]
+
+
+def soft_table(records: Sequence[Record]) -> Table:
+    """Return a row for each material and size of the light, a column for each angle, in %."""
+
+    def row(one: Record) -> tuple[str, ...]:
+        return one["quality"], one["model"], text(one["sigma"]), f"{one['light_size']:g} m"
+
+    titles = ("Quality", "Model", "Sigma", "Light")
+    cell = partial(percent, form=".1f")
+    return pivot(
+        records, titles, row, lambda one: f"{one['light_degrees']:g}\u00b0", lambda found: cell(found[0]["rms_difference"])
+    )
 
 
 def rough_table(records: Sequence[Record]) -> Table:
