@@ -51,7 +51,7 @@ def three_lights() -> list[bpy.types.Object]:
 
 
 def area_light(degrees: float, size: float, distance: float) -> bpy.types.Object:
-    """Return a square area light, `size` [m] across, at `distance` [m] from the origin, `degrees` beside the viewer; in no scene."""
+    """Return a square area light, `size` [m] across, `distance` [m] from the origin, `degrees` beside the viewer; in no scene."""
     data = bpy.data.lights.new("Area", "AREA")
     data.energy, data.size = AREA_POWER, size
     light = bpy.data.objects.new("Area", data)
