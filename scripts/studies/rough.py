@@ -270,10 +270,11 @@ def soft_table(records: Sequence[Record]) -> Table:
         return one["quality"], one["model"], text(one["sigma"]), f"{one['light_size']:g} m"
 
     titles = ("Quality", "Model", "Sigma", "Light")
-    cell = partial(percent, form=".1f")
-    return pivot(
-        records, titles, row, lambda one: f"{one['light_degrees']:g}\u00b0", lambda found: cell(found[0]["rms_difference"])
-    )
+
+    def cell(found: list[Record]) -> str:
+        return percent(found[0]["rms_difference"], ".1f")
+
+    return pivot(records, titles, row, lambda one: f"{one['light_degrees']:g}\u00b0", cell)
 
 
 def rough_table(records: Sequence[Record]) -> Table:
