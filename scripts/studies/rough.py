@@ -235,7 +235,9 @@ def soft(sphere: SphereUnderSun, quick: bool) -> list[Step]:
     """Return a step for each material and size of an area light: EEVEE's RMS difference from Cycles, without bounces, by its angle.
 
     What Lambert differs by is the engines' own: their shadows at the terminator, and how they integrate a light over its area.
+    Cycles renders with Open Shading Language, which is nearer to equation (1) and the 1994 model than its closures.
     """
+    sphere.scene.cycles.shading_system = compiles_osl()
     sizes, angles = (QUICK_SOFT_SIZES, QUICK_SOFT_DEGREES) if quick else (SOFT_SIZES, SOFT_DEGREES)
     models = (PAPER,) if quick else (PAPER, *(EVERY[name] for name in ("fujii", "eon", "cycles_diffuse", "oren_nayar_1994")))
     cases = [(LAMBERT, BALANCED, 0.0), *product(models, (BALANCED, PRECISE), QUICK_SIGMAS if quick else OTHER_SIGMAS)]
