@@ -107,7 +107,7 @@ def cycles_lobe(m: Vector, l: Vector, mesh: Vector) -> float:
 
 
 def lobe_values(lobe_set: str, lobes: tuple[Lobe, ...], l: Vector, mu: float, mesh: Vector = NORMAL) -> tuple[float, ...]:
-    """Return what each lobe of a set gives for light from `l`, above the surface.
+    """Return what each lobe of a set gives for light from `l`, above the surface; of SIGNED the one around N, and +-`capped`.
 
     `l` and, for the lobes of CYCLES, the normal `mesh` of the surface are in the frame (V_t, N x V_t, N).
     """
