@@ -39,7 +39,7 @@ ROUGH = [model.reference({"Roughness": 0.33, "IOR": 1.5}) for model in MODELS.va
     [
         (SINGLE, (0.0285, 0.0520, 0.1070)),
         (PAIR, (0.019, 0.034, 0.0705)),
-        (SIGNED, (0.006, 0.010, 0.020)),
+        (SIGNED, (0.004, 0.007, 0.016)),
         (CYCLES, (0.0033, 0.0061, 0.013)),
     ],
 )
