@@ -3,6 +3,7 @@
 
 import itertools
 import math
+from collections.abc import Iterable, Iterator
 
 import mpmath
 import pytest
@@ -106,6 +107,47 @@ def test_signed_lobes_leave_nothing_of_light_from_below(family: str, degrees: in
         for height, azimuth in itertools.product((-0.02, -0.3, -0.9), (0.0, 1.0, 2.0, 3.0)):
             l = from_polar(height, azimuth)
             assert capped(crease, l, mu, *weights[2 * k + 1 : 2 * k + 3]) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("azimuth", [0, 90, 180])
+@pytest.mark.parametrize("height", [-10, 0, 10])
+def test_signed_lobes_are_right_under_a_light_that_is_partly_below(height: int, azimuth: int) -> None:
+    """A disc of 40 degrees across, which EEVEE integrates for each lobe alone; white, sigma = 1.
+
+    What comes from below takes a little of what comes from above. A sum of lobes that each have a horizon of their own, which is as
+    near to the model under suns, is up to 0.2 off here: the light past the terminator.
+    """
+    disc = list(disc_of_lights(math.radians(height), math.radians(azimuth), math.radians(20.0)))
+    model = OrenNayar(1.0)
+    crease = TABLE[SIGNED]["oren_nayar"].lobes[0]
+    _, toward_weight, under_weight = TABLE[SIGNED]["oren_nayar"].weights["oren_nayar"]
+    for view in (30, 60, 80):
+        mu = math.cos(math.radians(view))
+        v = from_polar(mu, 0.0)
+
+        def mean(values: Iterable[float]) -> float:
+            return sum(values) / len(disc)
+
+        beyond = toward_weight.at(mu) * mean(crease.value(*l, mu) for l in disc)
+        beyond -= under_weight.at(mu) * mean(crease.under.value(*l, mu) for l in disc)
+        toward = toward_weight.at(mu) * mean(max(0.0, l[0]) for l in disc)
+        shown = model.a * mean(max(0.0, l[2]) for l in disc) + model.b * max(0.0, toward - max(0.0, beyond))
+        exact = math.pi * mean(model.radiance(N, l, v, 1.0) if l[2] > 0.0 else 0.0 for l in disc)
+        assert shown == pytest.approx(exact, abs=0.04)
+
+
+def disc_of_lights(height: float, azimuth: float, radius: float) -> Iterator[tuple[float, float, float]]:
+    """Yield directions evenly spread over a disc around a direction `height` above the horizon; all in radians."""
+    for ring in range(8):
+        for k in range(24):
+            tilt, turn = radius * math.sqrt((ring + 0.5) / 8), 2.0 * math.pi * (k + 0.5) / 24
+            forward, aside, up = math.cos(tilt), math.sin(tilt) * math.sin(turn), math.sin(tilt) * math.cos(turn)
+            along = forward * math.cos(height) - up * math.sin(height)
+            yield (
+                along * math.cos(azimuth) - aside * math.sin(azimuth),
+                along * math.sin(azimuth) + aside * math.cos(azimuth),
+                forward * math.sin(height) + up * math.cos(height),
+            )
 
 
 def test_average_transmittance_equals_walshs_closed_form() -> None:
