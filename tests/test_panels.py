@@ -140,7 +140,7 @@ def stated(material: bpy.types.Material) -> str:
     [
         (EEVEE, "Fast", 5.1, 0.05),
         (EEVEE, "Balanced", 3.3, 0.05),
-        (EEVEE, "Precise", 0.44, 0.03),
+        (EEVEE, "Precise", 0.44, 0.04),
         (CYCLES, "Fast", 0.59, 0.01),
         (CYCLES, "Balanced", 0.59, 0.01),
         (CYCLES, "Precise", 0.59, 0.01),
