@@ -133,6 +133,7 @@ def test_signed_lobes_are_right_under_a_light_that_is_partly_below(height: int, 
         toward = toward_weight.at(mu) * mean(max(0.0, l[0]) for l in disc)
         shown = model.a * mean(max(0.0, l[2]) for l in disc) + model.b * max(0.0, toward - max(0.0, beyond))
         exact = math.pi * mean(model.radiance(N, l, v, 1.0) if l[2] > 0.0 else 0.0 for l in disc)
+        # under a sun the lobes are up to 0.037 off at these views, and a mean over suns is no farther off
         assert shown == pytest.approx(exact, abs=0.04)
 
 
