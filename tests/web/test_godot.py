@@ -12,7 +12,7 @@ from true_diffuse.addon.measure.render import openimageio
 from true_diffuse.scripts.web import WebError, packages
 from true_diffuse.scripts.web.browser import Browser, Page
 
-pytestmark = pytest.mark.web
+pytestmark = [pytest.mark.web, pytest.mark.slow]  # Godot alone has 37 MB
 
 SIZE = 128
 (EXAMPLE,) = re.findall(r"```gdshader\n(.*?)```", (SHADERS / "README.md").read_text(), re.DOTALL)

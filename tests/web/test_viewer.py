@@ -190,7 +190,7 @@ def nearest_eon(model: Model) -> tuple[Model, Callable[[float], float]]:
     return eon, lambda rho: eon.color(model.average_albedo(rho))
 
 
-@pytest.mark.parametrize("name", ["Error of Lambert", "Error of glTF"])
+@pytest.mark.parametrize("name", [pytest.param("Error of Lambert", marks=pytest.mark.slow), "Error of glTF"])
 def test_error_is_that_of_the_formulas(page: Page, name: str) -> None:
     page.itself.get_by_role("radio", name=name).check(force=True)
     page.itself.locator("#sigma").fill("0.5")
