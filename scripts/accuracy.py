@@ -274,6 +274,7 @@ MEASURES: dict[str, Measure] = {
         animation,
     )
 }
+HOURS = ("soft",)  # what takes so long that it is measured alone
 
 
 def main() -> int:
@@ -309,6 +310,9 @@ def measure(options: Namespace, output: OutputFolder, terminal: Terminal) -> Non
 
     records = []
     for key in [options.only] if options.only else MEASURES:
+        if key in HOURS and not options.only and not options.quick:
+            terminal.say(f"{key} is left out, as it takes hours: --only {key} measures it, --quick a little of it")
+            continue
         empty_file()  # none may inherit another's scene: `rough` ends with Open Shading Language on
         try:
             for section in MEASURES[key](options, engines):
