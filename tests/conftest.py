@@ -49,6 +49,18 @@ def driver(eevee_runs_here: bool) -> None:
         pytest.skip("no graphics driver here")
 
 
+@pytest.fixture(scope="session")
+def translations() -> dict[str, dict[str, str]]:
+    """The shaders for other engines by language and stem; skips the test where what translates them is missing."""
+    from true_diffuse.scripts.cli.console import BadInput
+    from true_diffuse.scripts.release import shaders
+
+    try:
+        return {language: shaders.translated(language) for language in shaders.LANGUAGES}
+    except BadInput as error:
+        pytest.skip(str(error))
+
+
 @pytest.fixture(params=["eevee", "cycles"])
 def engine(request, eevee_runs_here: bool):
     from true_diffuse.addon.blender import engines

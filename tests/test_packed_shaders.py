@@ -22,15 +22,6 @@ from true_diffuse.scripts.release import shaders
 STEMS = [path.stem for path in SHADERS.glob("*.glsl")]
 
 
-@pytest.fixture(scope="module")
-def translations() -> dict[str, dict[str, str]]:
-    """The files by language and stem."""
-    try:
-        return {language: shaders.translated(language) for language in shaders.LANGUAGES}
-    except BadInput as error:
-        pytest.skip(str(error))
-
-
 @pytest.mark.parametrize("language", shaders.LANGUAGES)
 def test_every_model_has_its_functions(language: str, translations: dict[str, dict[str, str]]) -> None:
     for model in (*MODELS, "blinn_phong"):

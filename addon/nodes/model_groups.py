@@ -123,7 +123,6 @@ def signed_lobes(surface: Surface, model: ReflectanceModel, expansion: Expansion
     graph, color = surface.graph, surface.view.color
     toward, *away = TABLE[SIGNED][model.functions[0].name].lobes
     slope = 1.0 / graph.maximum(surface.view.mu, GRAZING)
-    frame = {"N": surface.n, "Tangent": surface.tangent}
     crease = -toward.steep * slope
     around, toward_weight, under, *away_weights = weights
     base = expansion.facing + around
@@ -141,7 +140,8 @@ def signed_lobes(surface: Surface, model: ReflectanceModel, expansion: Expansion
         base = rest
     return graph.group(
         SIGNED_LOBES_BOTH if away else SIGNED_LOBES,
-        **frame,
+        N=surface.n,
+        Tangent=surface.tangent,
         Base=color * base,
         Toward=color * toward_weight,
         Under=color * (under * crease),

@@ -218,17 +218,21 @@ def between_engines(sphere: SphereUnderSun) -> list[Step]:
         material = measured.material(quality, Color=COLOR, Roughness=sigma)
         for light, (used, background) in lit_by.items():
             seconds, difference = lit_sphere.between_engines(sphere, material, used, background, ENGINES_SAMPLES)
-            yield {
-                "quality": quality,
-                "model": measured.name,
-                "sigma": sigma if measured.is_rough else None,
-                "light": light,
-                "samples": ENGINES_SAMPLES,
-                "rms_difference": known(difference),
-                "render_seconds": seconds,
-            }
+            yield _difference(measured, quality, sigma, seconds, difference) | {"light": light}
 
     return [Step(f"EEVEE and Cycles  {pair[1]}  {pair[0].name}  {pair[2]:g}", partial(measure, *pair)) for pair in pairs]
+
+
+def _difference(measured: MeasuredModel, quality: str, sigma: float, seconds: float, difference: float) -> Record:
+    """Return the record of how far EEVEE is from Cycles, without the light."""
+    return {
+        "quality": quality,
+        "model": measured.name,
+        "sigma": sigma if measured.is_rough else None,
+        "samples": ENGINES_SAMPLES,
+        "rms_difference": known(difference),
+        "render_seconds": seconds,
+    }
 
 
 def soft(sphere: SphereUnderSun, quick: bool) -> list[Step]:
@@ -248,16 +252,7 @@ def soft(sphere: SphereUnderSun, quick: bool) -> list[Step]:
         for degrees in angles:
             light = lights[size, degrees]
             seconds, difference = lit_sphere.between_engines(sphere, material, [light], None, ENGINES_SAMPLES)
-            yield {
-                "quality": quality,
-                "model": measured.name,
-                "sigma": sigma if measured.is_rough else None,
-                "light_size": size,
-                "light_degrees": degrees,
-                "samples": ENGINES_SAMPLES,
-                "rms_difference": known(difference),
-                "render_seconds": seconds,
-            }
+            yield _difference(measured, quality, sigma, seconds, difference) | {"light_size": size, "light_degrees": degrees}
 
     return [
         Step(f"Soft light  {quality}  {each.name}  {sigma:g}  {size:g} m", partial(measure, each, quality, sigma, size))

@@ -10,7 +10,7 @@ import bpy
 import pytest
 
 from true_diffuse.addon.blender import properties, report
-from true_diffuse.scripts.web import WebError, packages
+from true_diffuse.scripts.web import WebError, engines, packages
 from true_diffuse.scripts.web import browser as browsers
 
 
@@ -30,6 +30,19 @@ def node_modules() -> Path:
         return packages.node_modules()
     except WebError as error:
         pytest.skip(str(error))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the files that `engine` loads."""
+    return tmp_path_factory.mktemp("files")
+
+
+@pytest.fixture(scope="module", params=engines.PAGES)
+def engine(request, browser: browsers.Browser, folder: Path) -> Iterator[engines.Engine]:
+    request.getfixturevalue("node_modules")
+    with engines.engine(request.param, browser, folder) as made:
+        yield made
 
 
 @pytest.fixture

@@ -5,7 +5,6 @@ import json
 import math
 from array import array
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,6 @@ from true_diffuse.scripts.characters.small.gltf import Primitive, glb
 from true_diffuse.scripts.characters.small.picture import png
 from true_diffuse.scripts.studies import web
 from true_diffuse.scripts.web import engines
-from true_diffuse.scripts.web.browser import Browser
 
 pytestmark = pytest.mark.web
 
@@ -59,18 +57,6 @@ def sphere_with(extensions: dict, color: tuple[float, ...] = COLOR, images: dict
     """A unit sphere in a file of its own, its material with those extensions."""
     skin = material("Skin", base={"baseColorFactor": [*color, 1.0], "metallicFactor": 0.0}, extensions=extensions)
     return glb("Sphere", [Primitive(ellipsoid((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), SEGMENTS), skin)], images or {})
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("files")
-
-
-@pytest.fixture(scope="module", params=engines.PAGES)
-def engine(request, browser: Browser, folder: Path) -> Iterator[engines.Engine]:
-    request.getfixturevalue("node_modules")
-    with ExitStack() as stack:
-        yield stack.enter_context(engines.engine(request.param, browser, folder))
 
 
 def load(engine: engines.Engine, folder: Path, content: bytes, camera: engines.Camera) -> None:

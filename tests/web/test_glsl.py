@@ -3,7 +3,6 @@
 
 import re
 from collections.abc import Iterator
-from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -18,7 +17,6 @@ from true_diffuse.scripts.characters.small.figure import ellipsoid
 from true_diffuse.scripts.characters.small.gltf import Primitive, glb
 from true_diffuse.scripts.studies import web
 from true_diffuse.scripts.web import WebError, engines
-from true_diffuse.scripts.web.browser import Browser
 
 pytestmark = pytest.mark.web
 
@@ -100,18 +98,6 @@ def text(model: str) -> str:
 def sphere(extensions: dict, metallic: float = 0.0) -> bytes:
     skin = material("Skin", base={**BASE, "metallicFactor": metallic}, extensions=extensions)
     return glb("Sphere", [Primitive(ellipsoid((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (128, 64)), skin)], {})
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("files")
-
-
-@pytest.fixture(scope="module", params=engines.PAGES)
-def engine(request, browser: Browser, folder: Path) -> Iterator[engines.Engine]:
-    request.getfixturevalue("node_modules")
-    with ExitStack() as stack:
-        yield stack.enter_context(engines.engine(request.param, browser, folder))
 
 
 @pytest.fixture

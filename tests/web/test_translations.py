@@ -18,7 +18,6 @@ from support import CountedProgress
 from true_diffuse.addon.blender.glsl import SHADERS, includes, source
 from true_diffuse.addon.models import MODELS, OrenNayar, ReflectanceModel
 from true_diffuse.addon.models.vector import from_polar
-from true_diffuse.scripts.cli.console import BadInput
 from true_diffuse.scripts.release import shaders
 from true_diffuse.scripts.studies import reference_mpmath, stability_glsl
 from true_diffuse.scripts.studies.glsl_values import evaluate_functions
@@ -97,15 +96,6 @@ def page(browser: Browser) -> Iterator[Page]:
         yield made
 
 
-@pytest.fixture(scope="module")
-def files() -> dict[str, dict[str, str]]:
-    """The translations by language and stem."""
-    try:
-        return {language: shaders.translated(language) for language in shaders.LANGUAGES}
-    except BadInput as error:
-        pytest.skip(str(error))
-
-
 def compute(page: Page, language: str, functions: str, call: str, rows: Sequence[Row], folder: Path) -> list[tuple[float, ...]]:
     """What `evaluate_functions` of glsl_values.py does, with `functions` and `call` in a language."""
     code = functions + {"wgsl": WGSL, "hlsl": HLSL}[language].replace("CALL", call)
@@ -132,10 +122,10 @@ def from_hlsl(code: str, folder: Path) -> str:
 
 @pytest.mark.parametrize("language", shaders.LANGUAGES)
 def test_translation_is_as_near_its_formula_as_the_glsl(
-    language: str, files: dict[str, dict[str, str]], page: Page, tmp_path: Path
+    language: str, translations: dict[str, dict[str, str]], page: Page, tmp_path: Path
 ) -> None:
     def translated(stem: str, call: str, rows: Sequence[Row]) -> list[tuple[float, ...]]:
-        functions = "\n".join(files[language][name] for name in (*includes(stem), stem))
+        functions = "\n".join(translations[language][name] for name in (*includes(stem), stem))
         return compute(page, language, functions, call.replace("vec3(a.w)", "a.www"), rows, tmp_path)
 
     quick = partial(reference_mpmath.radiance, context=reference_mpmath.DOUBLE)
@@ -172,11 +162,11 @@ CALLS = [
 @pytest.mark.usefixtures("driver")
 @pytest.mark.parametrize("language", shaders.LANGUAGES)
 @pytest.mark.parametrize("call", CALLS)
-def test_rest_is_as_the_glsl(call: str, language: str, files: dict[str, dict[str, str]], page: Page, tmp_path: Path) -> None:
+def test_rest_is_as_the_glsl(call: str, language: str, translations: dict[str, dict[str, str]], page: Page, tmp_path: Path) -> None:
     dice = random.Random(4)
     vectors = [tuple(dice.uniform(0.05, 0.95) for _ in range(4)) for _ in range(400)]
     rows = [(a, b, (0.0, 0.6, 0.8, 0.0)) for a, b in zip(vectors[::2], vectors[1::2], strict=True)]
-    functions = "\n".join(files[language].values())
+    functions = "\n".join(translations[language].values())
     values = compute(page, language, functions, call.replace("vec3(", "float3(") if language == "hlsl" else call, rows, tmp_path)
     expected = evaluate_functions(source(*shaders.stems()), call, rows)
     assert len({value for row in expected for value in row}) > 100
@@ -198,11 +188,11 @@ def example(engine: str, hlsl: dict[str, str]) -> str:
 
 
 @pytest.mark.parametrize("engine", ["Unity", "Unreal"])
-def test_readme_s_hlsl_is_equation_1(engine: str, files: dict[str, dict[str, str]], page: Page, tmp_path: Path) -> None:
+def test_readme_s_hlsl_is_equation_1(engine: str, translations: dict[str, dict[str, str]], page: Page, tmp_path: Path) -> None:
     dice, model, n = random.Random(3), OrenNayar(0.33), (0.0, 0.0, 1.0)
     rows = [tuple(from_polar(dice.uniform(0.1, 1.0), dice.uniform(0.0, 6.0)) for _ in range(3)) for _ in range(50)]
     call = "shade(float3(0.0, 0.0, 1.0), b.xyz, a.xyz, float3(0.8, 0.5, 0.2), 0.33, float3(3.0, 2.0, 1.0))"
-    values = compute(page, "hlsl", example(engine, files["hlsl"]), call, rows, tmp_path)
+    values = compute(page, "hlsl", example(engine, translations["hlsl"]), call, rows, tmp_path)
     for (l, v, _), value in zip(rows, values, strict=True):
         # 2e-5, as the README says
         assert value == pytest.approx(
