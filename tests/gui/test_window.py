@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The extension in a real Blender window, clicked through: `uv run pytest -m gui`. Look at the pictures it leaves in build/gui.
+"""The extension in a real Blender window, clicked through: `uv run pytest -m gui`. Look at the pictures that are left in build/gui.
 
-The environment variable BLENDER is the command that starts Blender 5.2 in an X display with xdotool and ImageMagick's import, as
-`BLENDER='xvfb-run -a -s "-screen 0 1600x1000x24" blender'`.
+Each file of tests/gui/walks is a walk of its own; `-k NAME` takes one. The environment variable BLENDER is the command that starts
+Blender 5.2 in an X display with xdotool and ImageMagick's import, as `BLENDER='xvfb-run -a -s "-screen 0 1600x1000x24" blender'`.
 """
 
 import os
@@ -17,33 +17,9 @@ from true_diffuse.scripts.release.package import build
 
 pytestmark = pytest.mark.gui
 
-ROOT = Path(__file__).resolve().parents[2]
-PICTURES = ROOT / "build" / "gui"
-STEPS = (
-    "installed",
-    "add_menu",
-    "group_added",
-    "panel",
-    "cycles",
-    "eevee",
-    "realtime",
-    "realtime_orbited",
-    "realtime_rendered",
-    "context_menu",
-    "converted",
-    "preferences",
-    "dragged",
-    "dropped",
-    "characters",
-    "characters_converted",
-    "characters_rough",
-    "not_carried",
-    "gltf_options",
-    "reverted",
-    "measured",
-    "edited",
-    "reopened",
-)
+HERE = Path(__file__).resolve().parent
+PICTURES = HERE.parents[1] / "build" / "gui"
+WALKS = sorted(path.stem for path in (HERE / "walks").glob("*.py"))
 
 
 @pytest.fixture(scope="module")
@@ -54,16 +30,15 @@ def blender() -> list[str]:
     return command
 
 
-def test_window_is_clicked_through(blender: list[str]) -> None:
-    shutil.rmtree(PICTURES / "walk", ignore_errors=True)
-    folder = PICTURES / "walk"
+@pytest.mark.parametrize("walk", WALKS)
+def test_window_is_clicked_through(blender: list[str], walk: str) -> None:
+    folder = PICTURES / walk
+    shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     package = build(folder)
-    walk = Path(__file__).with_name("walk.py")
-    options = ["--factory-startup", "--window-geometry", "0", "0", "1600", "1000", "--python", str(walk)]
+    options = ["--factory-startup", "--window-geometry", "0", "0", "1600", "1000", "--python", str(HERE / "start.py")]
     result = subprocess.run(
-        [*blender, *options, "--", str(package), str(folder)], capture_output=True, text=True, timeout=900, check=False
+        [*blender, *options, "--", walk, str(package), str(folder)], capture_output=True, text=True, timeout=900, check=False
     )
     log = (folder / "log.txt").read_text(encoding="utf-8") if (folder / "log.txt").exists() else result.stdout + result.stderr
     assert "walked to the end" in log, log
-    assert [step for step in STEPS if not (folder / f"{step}.png").is_file()] == []
