@@ -1,8 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The extension as Blender knows it: its name among the add-ons, and its preferences."""
 
+import tomllib
+from functools import cache
+from pathlib import Path
+
 import bpy
 
+MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
 PACKAGE = (__package__ or "").removesuffix(".addon.blender")  # bl_ext.REPOSITORY.true_diffuse; true_diffuse in a checkout
 ASSET_FILE = "true_diffuse.blend"  # of the asset library
 
@@ -11,3 +16,9 @@ def preferences() -> bpy.types.AddonPreferences | None:
     """Return the extension's preferences, None where it is not an enabled add-on: in a script of a checkout."""
     addon = bpy.context.preferences.addons.get(PACKAGE)
     return addon.preferences if addon else None
+
+
+@cache
+def website() -> str | None:
+    """Return the address of the manual's pages that the package's manifest states, None where it states none."""
+    return tomllib.loads(MANIFEST.read_text(encoding="utf-8")).get("website")

@@ -3,11 +3,15 @@
 
 uv run scripts/release/package.py                  writes dist/true_diffuse-VERSION.zip; seconds
 uv run scripts/release/package.py --time           also tells how long Blender takes to enable it; half a minute
+uv run scripts/release/package.py --repository DIR writes the package and its listing into a static repository instead
+uv run scripts/release/package.py --website URL    states in the manifest where the manual's pages are
 uv run scripts/release/package.py --shaders        also writes dist/true_diffuse_shaders-VERSION.zip for other engines; needs naga
 blender -b --python scripts/release/package.py
 """
 
+import argparse
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -16,6 +20,7 @@ from collections import Counter
 from functools import partial
 from pathlib import Path
 from statistics import median
+from urllib.parse import urlsplit
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
@@ -44,14 +49,35 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=ROOT / "dist", metavar="DIR", help="folder to write (default: dist)")
     parser.add_argument("--time", action="store_true", help="install it in a profile of its own and time how it is enabled")
     parser.add_argument("--shaders", action="store_true", help="also pack the shaders for other engines, in GLSL, WGSL and HLSL")
+    parser.add_argument("--repository", type=Path, metavar="DIR", help="write it and its listing into a static repository instead")
+    parser.add_argument("--website", type=web_address, metavar="URL", help="where the manual's pages are, for the manifest")
     options = parser.parse_args(script_arguments())
-    return run_script("package.py", options.out, partial(package, options.time, options.shaders, options.out))
+    if options.repository and options.shaders:
+        parser.error("--shaders packs no extension, and goes into no --repository")
+    work = partial(package, options.time, options.shaders, options.website, options.repository is not None)
+    return run_script("package.py", options.repository or options.out, work)
 
 
-def package(timed: bool, with_shaders: bool, out: Path, output: OutputFolder, terminal: Terminal) -> None:
-    """Build the package into `output`, check it, publish it and tell what it holds; `with_shaders` those for other engines, too."""
+def web_address(text: str) -> str:
+    """Return `text`, an address that begins with http:// or https://; raises argparse.ArgumentTypeError for others."""
+    parts = urlsplit(text)
+    plain = text.isascii() and text.isprintable() and not set(text) & set(' "\\<>^`{|}')  # RFC 3986 has none of them
+    if parts.scheme not in ("http", "https") or not parts.hostname or not plain:
+        raise argparse.ArgumentTypeError(f"no address of http or https: {text!r}")
+    return text
+
+
+def package(
+    timed: bool, with_shaders: bool, website: str | None, is_repository: bool, output: OutputFolder, terminal: Terminal
+) -> None:
+    """Build the package into `output`, check it, publish it and tell what it holds; `with_shaders` those for other engines, too.
+
+    `website` goes into its manifest. With `is_repository` the listing is written, too, and packages of other versions are removed.
+    """
     packed = [shaders.archive(output.folder)] if with_shaders else []
     path = build(output.folder)
+    if website:
+        set_website(path, website)
     check(path)
     size = path.stat().st_size
     if size > MAX_SIZE:
@@ -69,15 +95,46 @@ def package(timed: bool, with_shaders: bool, out: Path, output: OutputFolder, te
         first, again = enabling(path, terminal)
         terminal.say(f"Enabled in {1000.0 * first:.0f} ms the first time, {1000.0 * again:.0f} ms later (median of {STARTS})")
     sizes = {each.name: each.stat().st_size for each in (path, *packed)}
-    output.publish()
-    for name, size in sizes.items():
-        terminal.say(f"Wrote {out / name}, {size / 1000.0:.0f} kB")
+    others = []
+    if is_repository:
+        others = [other for other in output.target.glob("true_diffuse-*.zip") if other.name != path.name]
+        for line in list_packages(output.folder, [other for other in output.target.glob("*.zip") if other not in others]):
+            terminal.say(line)
+    written = output.publish()
+    for name in written:
+        size = f", {sizes[name] / 1000.0:.0f} kB" if name in sizes else ""
+        terminal.say(f"Wrote {output.target / name}{size}")
+    for other in others:
+        other.unlink()
+        terminal.say(f"Removed {other}: a repository offers one version")
 
 
 def build(folder: Path) -> Path:
     """Return the package, built into `folder`; raises BadInput with the tool's words where that fails."""
     _tool("build", f"--source-dir={ROOT}", f"--output-dir={folder}")
     return next(folder.glob("true_diffuse-*.zip"))
+
+
+def set_website(path: Path, address: str) -> None:
+    """State `address` as the website in the manifest of the package at `path`."""
+    with zipfile.ZipFile(path) as package:
+        contents = {entry: package.read(entry) for entry in package.infolist()}
+    with zipfile.ZipFile(path, "w") as package:
+        for entry, content in contents.items():
+            if entry.filename == "blender_manifest.toml":
+                content = content.replace(b"\ntype = ", f'\nwebsite = "{address}"\ntype = '.encode(), 1)
+            package.writestr(entry, content, compresslevel=9)
+
+
+def list_packages(folder: Path, others: list[Path]) -> list[str]:
+    """Write index.json and index.html, which list the packages in `folder` and `others`, into it; return the tool's warnings."""
+    kept = [other for other in others if not (folder / other.name).exists()]
+    for other in kept:
+        shutil.copyfile(other, folder / other.name)
+    said = _tool("server-generate", f"--repo-dir={folder}", "--html")
+    for other in kept:
+        (folder / other.name).unlink()
+    return [line.replace(f"{folder}{os.sep}", "") for line in said.splitlines() if line.startswith(("WARN", "ERROR"))]
 
 
 def check(path: Path) -> None:
@@ -91,11 +148,12 @@ def _scripts() -> Path:
     return Path(bpy.utils.system_resource("SCRIPTS"))
 
 
-def _tool(*arguments: str) -> None:
+def _tool(*arguments: str) -> str:
     tool = _scripts() / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
     result = subprocess.run([sys.executable, tool, *arguments], capture_output=True, text=True, check=False)
     if result.returncode != 0:
         raise BadInput(" ".join((result.stderr or result.stdout).split()))
+    return result.stdout
 
 
 def enabling(path: Path, terminal: Terminal) -> tuple[float, float]:
