@@ -1,17 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The package: what Blender's own tool and the extensions platform's review ask of it, and its life in a Blender of its own."""
 
+import argparse
 import ast
+import hashlib
+import json
 import re
+import shutil
 import subprocess
 import sys
+import threading
 import tomllib
 import zipfile
 from collections.abc import Callable, Iterator
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path, PurePosixPath
 
 import pytest
 
+from true_diffuse.addon.blender import extension
 from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.nodes import GROUPS
 from true_diffuse.scripts.release import package as script
@@ -182,6 +190,116 @@ def test_classes_are_named_as_blender_wants_it(trees: dict[str, ast.Module]) -> 
                 assert "bl_idname" not in fields or ast.literal_eval(fields["bl_idname"]) == wanted
                 tip = ast.get_docstring(node) or ""
                 assert tip and tip[0].isupper() and not tip.endswith("."), node.name
+
+
+def manifest_of(package: Path) -> str:
+    return zipfile.ZipFile(package).read("blender_manifest.toml").decode()
+
+
+def test_website_is_all_that_changes_in_the_package(package: Path, tmp_path: Path) -> None:
+    path = shutil.copy(package, tmp_path)
+    script.set_website(path, "https://studio.test/docs/")
+    script.check(path)
+    assert tomllib.loads(manifest_of(path)) == tomllib.loads(manifest_of(package)) | {"website": "https://studio.test/docs/"}
+    before, after = zipfile.ZipFile(package), zipfile.ZipFile(path)
+    assert after.namelist() == before.namelist()
+    assert all(after.read(name) == before.read(name) for name in before.namelist() if name != "blender_manifest.toml")
+
+
+@pytest.mark.parametrize(
+    "text", ["ftp://studio.test", "studio.test", "https://", 'https://studio.test/"', "https://studio.test/a b"]
+)
+def test_website_is_an_address_of_the_web(text: str) -> None:
+    with pytest.raises(argparse.ArgumentTypeError, match="no address of http or https"):
+        script.web_address(text)
+
+
+def test_extension_reads_the_website_of_its_manifest(package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert extension.website() is None  # of this checkout, which has no public address
+    path = shutil.copy(package, tmp_path)
+    script.set_website(path, "https://studio.test/docs/")
+    zipfile.ZipFile(path).extract("blender_manifest.toml", tmp_path)
+    monkeypatch.setattr(extension, "MANIFEST", tmp_path / "blender_manifest.toml")
+    assert extension.website.__wrapped__() == "https://studio.test/docs/"
+
+
+def test_repository_lists_the_package_and_what_else_is_there(package: Path, tmp_path: Path) -> None:
+    older = re.sub(r"[^-]+$", "0.0.1.zip", package.name)
+    changed(package, tmp_path / older, lambda text: re.sub(r'(?m)^version = ".*"', 'version = "0.0.1"', text))
+    changed(package, tmp_path / "other-1.0.0.zip", lambda text: re.sub(r'(?m)^id = ".*"', 'id = "other"', text))
+    (tmp_path / "notes.zip").write_text("none")
+    command = [sys.executable, ROOT / "scripts/release/package.py", "--repository", tmp_path]
+    result = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert {path.name for path in tmp_path.iterdir()} == {"index.html", "index.json", "notes.zip", "other-1.0.0.zip", package.name}
+    assert f"Removed {tmp_path / older}" in result.stdout and "'notes.zip'" in result.stdout
+    entries = {entry["id"]: entry for entry in json.loads((tmp_path / "index.json").read_text())["data"]}
+    assert set(entries) == {"true_diffuse", "other"}
+    for entry, name in ((entries["true_diffuse"], package.name), (entries["other"], "other-1.0.0.zip")):
+        content = (tmp_path / name).read_bytes()
+        assert entry["archive_url"] == f"./{name}" and entry["archive_size"] == len(content)
+        assert entry["archive_hash"] == f"sha256:{hashlib.sha256(content).hexdigest()}"
+    assert package.name in (tmp_path / "index.html").read_text()
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    def log_message(self, *arguments: object) -> None:
+        """Say nothing."""
+
+
+def test_blender_installs_from_a_repository_and_updates_from_it(package: Path, tmp_path: Path) -> None:
+    versions = {}
+    for version in ("0.2.0", "0.2.1"):
+        versions[version] = tmp_path / version
+        versions[version].mkdir()
+        path = versions[version] / f"true_diffuse-{version}.zip"
+        changed(package, path, partial(re.sub, r'(?m)^version = ".*"', f'version = "{version}"'))
+        assert script.list_packages(path.parent, []) == []
+    served = tmp_path / "served"
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=served)) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        code = f"""
+import bpy, shutil
+from pathlib import Path
+
+def serve(folder):
+    shutil.rmtree({str(served)!r}, ignore_errors=True)
+    shutil.copytree(folder, {str(served)!r})
+
+def version():
+    manifest = Path(repository.directory) / "true_diffuse" / "blender_manifest.toml"
+    return manifest.read_text().partition("\\nversion = ")[2].split()[0].strip('"')
+
+preferences = bpy.context.preferences
+preferences.system.use_online_access = True
+repository = preferences.extensions.repos.new(
+    name="Studio", module="studio", remote_url="http://127.0.0.1:{server.server_port}/index.json"
+)
+index = list(preferences.extensions.repos).index(repository)
+serve({str(versions["0.2.0"])!r})
+assert bpy.ops.extensions.repo_sync(repo_index=index) == {{"FINISHED"}}
+bpy.ops.extensions.package_install(repo_index=index, pkg_id="true_diffuse", enable_on_install=True)
+name = "bl_ext.studio.true_diffuse"
+assert version() == "0.2.0" and name in preferences.addons
+preferences.addons[name].preferences.report = "//mine.json"
+folder = Path(bpy.utils.extension_path_user(name, path="assets", create=True))
+(folder / "true_diffuse.blend").touch()  # in place of seconds in which Add Asset Library builds it
+preferences.filepaths.asset_libraries.new(name="True Diffuse", directory=str(folder))
+libraries = [(library.name, library.path) for library in preferences.filepaths.asset_libraries]
+
+serve({str(versions["0.2.1"])!r})
+assert bpy.ops.extensions.repo_sync(repo_index=index) == {{"FINISHED"}}
+bpy.ops.extensions.package_upgrade_all()
+assert version() == "0.2.1" and name in preferences.addons
+assert preferences.addons[name].preferences.report == "//mine.json"
+assert [(library.name, library.path) for library in preferences.filepaths.asset_libraries] == libraries
+assert (folder / "true_diffuse.blend").is_file()
+bpy.ops.mesh.primitive_cube_add()
+assert bpy.ops.true_diffuse.assign_preset(key="chalk") == {{"FINISHED"}}
+print("updated")
+"""
+        said = script.blender(str(tmp_path / "profile"), code)
+        server.shutdown()
+    assert "updated" in said
 
 
 def changed(package: Path, target: Path, manifest: Callable[[str], str]) -> Path:
