@@ -1,12 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The extension while it is registered: what it adds to Blender, and operators of no other test's."""
 
+import subprocess
+import sys
+from array import array
+from pathlib import Path
+
 import bpy
 
 import pytest
 from mathutils import Vector
 
 import true_diffuse
+from true_diffuse.addon.blender import engines
+from true_diffuse.addon.material import materials
+from true_diffuse.addon.material.presets import PRESETS
+from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
 from true_diffuse.addon.nodes.chosen_lights import LIGHTS
 from true_diffuse.addon.ui import menus
 from true_diffuse.scenes import subject
@@ -93,3 +102,45 @@ def test_comparison_is_refused_without_a_mesh_that_stands() -> None:
     with pytest.raises(RuntimeError, match="Plane is flat"):
         build_comparison()
     assert len(bpy.data.scenes) == 1 and len(bpy.data.meshes) == meshes
+
+
+ALONE = """
+import bpy, sys
+bpy.ops.wm.open_mainfile(filepath=sys.argv[1], use_scripts=False)
+assert not hasattr(bpy.types.Scene, "true_diffuse")
+bpy.context.scene.render.engine = "CYCLES"
+bpy.ops.render.render(write_still=True)
+"""
+
+
+@pytest.mark.usefixtures("registered")
+def test_file_renders_the_same_without_the_extension(tmp_path: Path) -> None:
+    scene = bpy.context.scene
+    bpy.ops.object.light_add(type="SUN", rotation=(0.7, 0.2, 0.0))
+    chosen_lights.choose([bpy.context.object])
+    shown = [
+        materials.create("Precise", ROUGH_DIFFUSE, Quality="Precise", Roughness=1.0),
+        materials.create("Chosen Lights", ROUGH_DIFFUSE, Quality="Exact for Chosen Lights", Roughness=1.0),
+        materials.create("Marble", SUBSURFACE, **PRESETS["marble"].inputs),
+        materials.create("Highlight", SPECULAR_GROUP),
+        materials.create("Metal", PRINCIPLED, Metallic=0.5),
+    ]
+    for index, material in enumerate(shown):
+        bpy.ops.mesh.primitive_uv_sphere_add(radius=0.5, location=(index - 2.0, 0.0, 0.0))
+        bpy.context.object.active_material = material
+    bpy.ops.object.camera_add(location=(0.0, 0.0, 5.0))
+    scene.camera = bpy.context.object
+    scene.render.resolution_x, scene.render.resolution_y = 160, 40
+    scene.render.image_settings.file_format = "OPEN_EXR"
+    engines.use(scene, engines.CYCLES, 4)
+    scene.render.engine = "BLENDER_EEVEE"  # the file's own, which the drivers of the groups follow
+    scene.render.filepath = str(tmp_path / "alone.exr")
+    file = tmp_path / "file.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(file))
+    alone = subprocess.run([sys.executable, "-c", ALONE, str(file)], capture_output=True, text=True, check=False)
+    assert alone.returncode == 0, alone.stderr
+    scene.render.engine = "CYCLES"
+    scene.render.filepath = str(tmp_path / "with.exr")
+    bpy.ops.render.render(write_still=True)
+    pixels = [array("f", bpy.data.images.load(str(tmp_path / f"{name}.exr")).pixels[:]) for name in ("alone", "with")]
+    assert max(pixels[0]) > 0.1 and pixels[0] == pixels[1]  # Cycles' random numbers are the same
