@@ -228,11 +228,17 @@ def test_repository_lists_the_package_and_what_else_is_there(package: Path, tmp_
     changed(package, tmp_path / older, lambda text: re.sub(r'(?m)^version = ".*"', 'version = "0.0.1"', text))
     changed(package, tmp_path / "other-1.0.0.zip", lambda text: re.sub(r'(?m)^id = ".*"', 'id = "other"', text))
     (tmp_path / "notes.zip").write_text("none")
+    blocked = {"id": "bad", "reason": "crashes"}
+    settings = [f'{name} = "{text}"' for name, text in blocked.items()]
+    (tmp_path / "blender_repo.toml").write_text("\n".join(['schema_version = "1.0.0"', "[[blocklist]]", *settings]))
     command = [sys.executable, ROOT / "scripts/release/package.py", "--repository", tmp_path]
     result = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert {path.name for path in tmp_path.iterdir()} == {"index.html", "index.json", "notes.zip", "other-1.0.0.zip", package.name}
+    written = {"index.html", "index.json", package.name}
+    assert {path.name for path in tmp_path.iterdir()} == {*written, "blender_repo.toml", "notes.zip", "other-1.0.0.zip"}
     assert f"Removed {tmp_path / older}" in result.stdout and "'notes.zip'" in result.stdout
-    entries = {entry["id"]: entry for entry in json.loads((tmp_path / "index.json").read_text())["data"]}
+    listing = json.loads((tmp_path / "index.json").read_text())
+    assert listing["blocklist"] == [blocked]
+    entries = {entry["id"]: entry for entry in listing["data"]}
     assert set(entries) == {"true_diffuse", "other"}
     for entry, name in ((entries["true_diffuse"], package.name), (entries["other"], "other-1.0.0.zip")):
         content = (tmp_path / name).read_bytes()

@@ -99,13 +99,14 @@ class OutputFolder:
         return [path for path in self.target.iterdir() if not path.name.startswith(f"{self._prefix}.")]
 
     def publish(self) -> list[str]:
-        """Move the files to the target folder, replacing older ones; returns their names. Raises BadInput where that fails."""
-        names = sorted(path.name for path in self.folder.iterdir())
+        """Move the files to the target folder, replacing older ones; returns their paths. Raises BadInput where that fails."""
+        names = sorted(path.relative_to(self.folder).as_posix() for path in self.folder.rglob("*") if path.is_file())
         for name in names:
             if (self.target / name).is_dir():
                 raise BadInput(f"{self.target / name} is a folder")
         for name in names:
             try:
+                (self.target / name).parent.mkdir(parents=True, exist_ok=True)
                 (self.folder / name).replace(self.target / name)
             except OSError as error:
                 raise BadInput(f"cannot write {self.target / name}: {error.strerror}") from error

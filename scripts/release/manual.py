@@ -2,6 +2,7 @@
 """Writes the manual: a page for each node group from its own sockets, with pictures at three values or of every menu entry.
 
 uv run scripts/release/manual.py [OPTIONS]
+uv run --group site scripts/release/manual.py --site DIR    makes a site of all pages as they are; seconds
 blender -b --python scripts/release/manual.py -- [OPTIONS]
 """
 
@@ -17,7 +18,7 @@ import checkout  # noqa: F401 - makes this checkout the package true_diffuse
 from true_diffuse.scripts.cli.console import Parser, Terminal, end, script_arguments
 from true_diffuse.scripts.cli.inputs import sample_count
 from true_diffuse.scripts.cli.outputs import OutputFolder
-from true_diffuse.scripts.cli.startup import run_script, start_blender
+from true_diffuse.scripts.cli.startup import load_bpy, run_script, start_blender
 from true_diffuse.scripts.release.previews import build
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from true_diffuse.addon.nodes.graph import Socket
 
 PAGES = Path(__file__).resolve().parents[2] / "scripts" / "manual"
+SAMPLES = 128
 SIZE = 176  # pixels each way, of one value
 WARM, COOL, DARK = (0.8, 0.45, 0.25, 1.0), (0.3, 0.5, 0.7, 1.0), (0.1, 0.1, 0.1, 1.0)
 # The values to show, by group and socket. A menu shows all of its entries.
@@ -80,10 +82,28 @@ SOCKET_TYPES = {
 def main() -> int:
     """Run the script; returns the exit status."""
     parser = Parser(prog="manual.py", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--samples", type=sample_count, default=128, metavar="N", help="per pixel (default: 128)")
-    parser.add_argument("--out", type=Path, default=PAGES, metavar="DIR", help="folder to write (default: scripts/manual)")
+    parser.add_argument("--samples", type=sample_count, metavar="N", help=f"per pixel (default: {SAMPLES})")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder to write (default: scripts/manual)")
+    parser.add_argument("--site", type=Path, metavar="DIR", help="make static pages of manual, figures and gallery, with search")
     options = parser.parse_args(script_arguments())
-    return run_script("manual.py", options.out, partial(manual, options.samples))
+    if options.site:
+        if options.samples or options.out:
+            parser.error("--site renders nothing and writes to its own folder: leave out --samples and --out")
+        return run_script("manual.py", options.site, site)
+    return run_script("manual.py", options.out or PAGES, partial(manual, options.samples or SAMPLES))
+
+
+def site(output: OutputFolder, terminal: Terminal) -> None:
+    """Make the site in `output`, then publish it."""
+    from true_diffuse.scripts.release import website
+
+    website.sphinx()
+    terminal.say("Loading Blender")
+    load_bpy()
+    website.build(output.folder.parent, output.folder)
+    size = sum(path.stat().st_size for path in output.folder.rglob("*") if path.is_file())
+    count = len(output.publish())
+    terminal.say(f"Wrote {output.target / 'index.html'} and {count - 1} other files, {size / 1e6:.1f} MB")
 
 
 def manual(samples: int, output: OutputFolder, terminal: Terminal) -> None:
@@ -178,8 +198,8 @@ def _trees(tree: "bpy.types.ShaderNodeTree") -> list["bpy.types.ShaderNodeTree"]
 
 def page(group: "Group") -> str:
     """Return the page of `group` in Markdown."""
-    lines = [f"# {group.label}", "", group.description + ".", ""]
-    lines += ["This page is written by `uv run scripts/release/manual.py`, from the group itself.", ""]
+    lines = ["<!-- Written by `uv run scripts/release/manual.py`, from the group itself -->", ""]
+    lines += [f"# {group.label}", "", group.description + ".", ""]
     for socket in group.inputs:
         lines += [f"## {socket.name}", "", f"{socket.description}.", "", _facts(socket), ""]
         if socket.kind == "NodeSocketMenu":

@@ -98,7 +98,9 @@ def package(
     others = []
     if is_repository:
         others = [other for other in output.target.glob("true_diffuse-*.zip") if other.name != path.name]
-        for line in list_packages(output.folder, [other for other in output.target.glob("*.zip") if other not in others]):
+        settings = output.target / "blender_repo.toml"
+        kept = [other for other in output.target.glob("*.zip") if other not in others]
+        for line in list_packages(output.folder, kept, settings if settings.is_file() else None):
             terminal.say(line)
     written = output.publish()
     for name in written:
@@ -126,12 +128,15 @@ def set_website(path: Path, address: str) -> None:
             package.writestr(entry, content, compresslevel=9)
 
 
-def list_packages(folder: Path, others: list[Path]) -> list[str]:
-    """Write index.json and index.html, which list the packages in `folder` and `others`, into it; return the tool's warnings."""
+def list_packages(folder: Path, others: list[Path], settings: Path | None = None) -> list[str]:
+    """Write index.json and index.html, which list the packages in `folder` and `others`, into it; return the tool's warnings.
+
+    `settings` is the repository's blender_repo.toml, if it has one.
+    """
     kept = [other for other in others if not (folder / other.name).exists()]
     for other in kept:
         shutil.copyfile(other, folder / other.name)
-    said = _tool("server-generate", f"--repo-dir={folder}", "--html")
+    said = _tool("server-generate", f"--repo-dir={folder}", "--html", *([f"--repo-config={settings}"] if settings else []))
     for other in kept:
         (folder / other.name).unlink()
     return [line.replace(f"{folder}{os.sep}", "") for line in said.splitlines() if line.startswith(("WARN", "ERROR"))]
