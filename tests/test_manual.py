@@ -32,7 +32,7 @@ def test_page_has_every_socket_and_its_picture(group: Group) -> None:
     names = re.findall(r"\]\((.*?\.webp)\)", page)
     shown = [socket.name for socket in group.inputs if manual.has_picture(group, socket)]
     assert names == [manual.picture_name(group, socket) for socket in group.inputs if socket.name in shown]
-    own = ["Model", "Diffuse Roughness", "Quality"]  # what the Principled BSDF lacks; the normal has none elsewhere
+    own = ["Model", "Quality", "Diffuse Roughness"]  # what the Principled BSDF lacks; the normal has none elsewhere
     assert shown == (own if group is PRINCIPLED else [socket.name for socket in group.inputs if socket.name != "Normal"])
     assert all((manual.PAGES / name).is_file() for name in names)
 

@@ -49,8 +49,9 @@ def clay(**inputs: materials.Setting) -> bpy.types.Material:
 def test_panel_shows_the_sockets_a_plot_and_the_buttons(group, engine: str) -> None:
     bpy.context.scene.render.engine = engine
     layout = drawn(materials.create("Material", group))
-    names = {socket.name for socket in group.inputs if not socket.hide_value and socket.name != "Subsurface Radius"}
-    assert names <= set(layout.texts) and ("Subsurface Radius [mm]" in layout.texts) == (group is SUBSURFACE)
+    shown = [socket for socket in group.inputs if not socket.hide_value and socket.name != "Subsurface Radius"]
+    assert {socket.name.removeprefix(f"{socket.panel} ") for socket in shown} <= set(layout.texts)
+    assert ("Radius [mm]" in layout.texts) == (group is SUBSURFACE)
     assert "plot" in layout.offered
     for name in ("measure", "pick_settings"):
         assert any(entry.startswith(f"true_diffuse.{name}") for entry in layout.offered)

@@ -36,7 +36,8 @@ def add_group(tree: bpy.types.ShaderNodeTree, group: Group) -> bpy.types.Node:
     node = tree.nodes.new("ShaderNodeGroup")
     node.node_tree = group.ensure()
     node.name = group.name
-    node.width = 220.0
+    node.width = node.node_tree.default_group_node_width
+    node.show_options = False  # the selector of the group, as of nodes from the Asset Browser
     return node
 
 

@@ -37,9 +37,16 @@ class Parameter:
         return self.socket.lower()
 
 
-SIGMA = Parameter("Roughness", "standard deviation of the facets' slope angles in radians", 0.33, 0.0, 100.0, math.pi / 2)
+SIGMA = Parameter(
+    "Roughness",
+    "standard deviation of the slope angle in radians; 1 is 57°, and values up to 1.57 can be typed",
+    0.33,
+    0.0,
+    100.0,
+    math.pi / 2,
+)
 ROUGHNESS = Parameter("Roughness", "0 to 1", 0.33, 0.0, 1.0, 1.0)
-IOR = Parameter("IOR", "index of refraction", 1.5, 1.0, 3.0, 3.0)
+IOR = Parameter("IOR", "index of refraction of a smooth dielectric", 1.5, 1.0, 3.0, 3.0)
 
 
 class CyclesClosures(StrEnum):

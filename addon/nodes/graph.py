@@ -15,6 +15,7 @@ from ..blender.osl import compile_osl
 
 # Layout in the node editor's units: the width of a column, and what a node and each of its input sockets take of its height.
 COLUMN, NODE_HEIGHT, SOCKET_HEIGHT = 220.0, 130.0, 24.0
+NODE_WIDTH = 200  # of a node that holds a group of ours
 KINDS = {"SHADER": "SHADER", "VALUE": "FLOAT", "VECTOR": "VECTOR", "RGBA": "VECTOR"}  # of items of a Repeat zone, by type of socket
 LONGEST = 1e18  # of a vector: its square is still finite in 32-bit floats
 
@@ -60,6 +61,8 @@ class Group:
     description: str
     inputs: tuple[Socket, ...]
     build: Callable[["Graph"], Mapping[str, "Value"]]
+    open_panel: str = ""
+    """The name of the panel that a new node shows open."""
 
     @property
     def identifier(self) -> str:
@@ -78,8 +81,9 @@ class Group:
         tree[GROUP_ID] = self.identifier
         tree.description = self.description
         tree.color_tag = "SHADER"
+        tree.default_group_node_width = NODE_WIDTH  # where Blender makes the node; `add_group` sets it for ours
         for socket in self.inputs:
-            _add_input(tree, socket)
+            _add_input(tree, socket, is_open=socket.panel == self.open_panel)
         _fill(tree, self.build)
         for socket in self.inputs:  # a menu knows its entries once it is linked
             if socket.kind == "NodeSocketMenu":
@@ -136,11 +140,11 @@ def key_and_version(node: bpy.types.Node) -> tuple[str, str]:
     return key, version
 
 
-def _add_input(tree: bpy.types.ShaderNodeTree, socket: Socket) -> None:
+def _add_input(tree: bpy.types.ShaderNodeTree, socket: Socket, is_open: bool) -> None:
     panels = {item.name: item for item in tree.interface.items_tree if item.item_type == "PANEL"}
     parent = None
     if socket.panel:
-        parent = panels.get(socket.panel) or tree.interface.new_panel(socket.panel, default_closed=True)
+        parent = panels.get(socket.panel) or tree.interface.new_panel(socket.panel, default_closed=not is_open)
     item = tree.interface.new_socket(socket.name, in_out="INPUT", socket_type=socket.kind, parent=parent)
     item.description = socket.description
     item.hide_value = socket.hide_value

@@ -3,34 +3,35 @@
 
 from ..closures.lobe import Weight
 from ..models.registry import IOR as IOR_PARAMETER
-from ..models.registry import MODELS, SIGMA, ReflectanceModel
+from ..models.registry import MODELS, ReflectanceModel
 from ..models.registry import ROUGHNESS as ROUGHNESS_PARAMETER
 from ..models.terms import Light, Terms, View
 from .graph import COLOR, Graph, Number, Socket, Value
 
 
-def _roughness() -> str:
-    """Return what Roughness means to the models that have it, as one clause for each meaning."""
+def _meanings(name: str) -> str:
+    """Return what the parameter of that name means to the models that have it, as one sentence for each meaning."""
     meanings: dict[str, list[str]] = {}
     for model in MODELS.values():
-        if model.parameter and model.is_rough:
+        if model.parameter and model.parameter.socket == name:
             meanings.setdefault(model.parameter.meaning, []).append(model.label)
     return ". ".join(f"{', '.join(labels)}: {meaning}" for meaning, labels in meanings.items())
 
 
+ROUGHNESS_MEANING = _meanings(ROUGHNESS_PARAMETER.socket)
 ROUGHNESS = Socket(
     ROUGHNESS_PARAMETER.socket,
     "NodeSocketFloat",
-    f"0 is Lambert, chalk and clay are 0.3 to 0.5. {_roughness()}",
+    f"0 is Lambert, chalk and clay are 0.3 to 0.5. {ROUGHNESS_MEANING}",
     ROUGHNESS_PARAMETER.usual,
     ROUGHNESS_PARAMETER.low,
-    SIGMA.highest_usual,
+    ROUGHNESS_PARAMETER.high,  # of the slider alone: what is typed may exceed it, and each model has a highest of its own
     subtype="FACTOR",
 )
 IOR = Socket(
     IOR_PARAMETER.socket,
     "NodeSocketFloat",
-    "Index of refraction of a smooth dielectric",
+    _meanings(IOR_PARAMETER.socket),
     IOR_PARAMETER.usual,
     IOR_PARAMETER.low,
     IOR_PARAMETER.high,

@@ -13,6 +13,7 @@ t / (t + (1 - t) s) and, of what remains, Subsurface in full: so every layer has
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from ..closures.principled_layers import (
     CYCLES,
@@ -25,9 +26,9 @@ from ..closures.principled_layers import (
     sheen_albedo,
     specular_albedo,
 )
-from ..models.registry import DEFAULT, MODELS, CyclesClosures, ReflectanceModel
+from ..models.registry import MODELS, CyclesClosures, ReflectanceModel
 from .graph import NORMAL, Graph, Group, Number, Operand, Socket, Value
-from .model_nodes import N
+from .model_nodes import ROUGHNESS_MEANING, N
 from .rough_diffuse import MODEL, QUALITY, ROUGH
 
 FLOAT, COLOR_SOCKET, VECTOR = "NodeSocketFloat", "NodeSocketColor", "NodeSocketVector"
@@ -50,8 +51,12 @@ def _direction(name: str, description: str, panel: str = "") -> Socket:
     return Socket(name, VECTOR, description, UNKNOWN, hide_value=True, panel=panel)
 
 
-DISTRIBUTION = Socket("Distribution", "NodeSocketMenu", "Microfacet distribution of the specular layers", "Multiscatter GGX")
-METHOD = Socket("Subsurface Method", "NodeSocketMenu", "How Cycles scatters light below the surface", "Random Walk")
+DISTRIBUTION = Socket(
+    "Distribution", "NodeSocketMenu", "Microfacet distribution of the specular layers", "Multiscatter GGX", panel="Specular"
+)
+METHOD = Socket(
+    "Subsurface Method", "NodeSocketMenu", "How Cycles scatters light below the surface", "Random Walk", panel="Subsurface"
+)
 DISTRIBUTIONS = {
     "GGX": ("GGX", "Microfacets that reflect light once: rough metal turns darker"),
     "MULTI_GGX": ("Multiscatter GGX", "Microfacets that keep all light"),
@@ -72,7 +77,7 @@ ROUGHNESS = _factor("Roughness", "Microfacet roughness of specular reflection an
 IOR = Socket("IOR", FLOAT, "Index of refraction of specular reflection, transmission and Wolff's dielectric", 1.5, 1.0, 1000.0)
 ALPHA = _factor("Alpha", "Opacity: the rest of the light passes straight through", 1.0)
 THIN_WALL = Socket("Thin Wall", "NodeSocketBool", "The surface is a thin wall without an inside", False)
-DIFFUSE_ROUGHNESS = _factor("Diffuse Roughness", "Roughness of the diffuse reflection, as Model takes it", 0.0, "Diffuse")
+DIFFUSE_ROUGHNESS = _factor("Diffuse Roughness", f"Roughness of the diffuse reflection. {ROUGHNESS_MEANING}", 0.0, "Diffuse")
 SUBSURFACE_WEIGHT = _factor("Subsurface Weight", "Fraction of the diffuse light that scatters below the surface", 0.0, "Subsurface")
 RADIUS = Socket(
     "Subsurface Radius",
@@ -325,25 +330,19 @@ def build(graph: Graph) -> dict[str, Value]:
 
 
 def _inputs() -> tuple[Socket, ...]:
-    """Return Blender's sockets with the menus: of the layers on top, of the model in the panel of the diffuse reflection."""
-    sockets = [DISTRIBUTION, METHOD]
-    for socket in PRINCIPLED_SOCKETS:
-        if socket is DIFFUSE_ROUGHNESS:
-            sockets.append(PRINCIPLED_MODEL)
-        sockets.append(socket)
-        if socket is DIFFUSE_ROUGHNESS:
-            sockets.append(PRINCIPLED_QUALITY)
-    return tuple(sockets)
+    """Return Blender's sockets, with our own first in their panels, and Blender's menus where its node has them: first, too."""
+    first = {DIFFUSE_ROUGHNESS: PRINCIPLED_MENUS, SUBSURFACE_WEIGHT: (METHOD,), LEVEL: (DISTRIBUTION,)}
+    return tuple(each for socket in PRINCIPLED_SOCKETS for each in (*first.get(socket, ()), socket))
 
 
-PRINCIPLED_MODEL = Socket(MODEL.name, MODEL.kind, MODEL.description, MODELS[DEFAULT].label, panel="Diffuse")
-PRINCIPLED_QUALITY = Socket(QUALITY.name, QUALITY.kind, QUALITY.description, QUALITY.default, panel="Diffuse")
+PRINCIPLED_MENUS = tuple(replace(socket, panel=DIFFUSE_ROUGHNESS.panel) for socket in (MODEL, QUALITY))
 PRINCIPLED = Group(
     key="principled",
     name="Principled Rough Diffuse",
     label="Principled Rough Diffuse",
-    version=3,
+    version=4,
     description="Blender's Principled BSDF with a rough diffuse model: metal, coat, sheen, glass, skin, dusty or not",
     inputs=_inputs(),
     build=build,
+    open_panel=DIFFUSE_ROUGHNESS.panel,
 )

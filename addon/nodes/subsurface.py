@@ -7,6 +7,7 @@ scattered on the surface and scattered below adds up to no more than the light t
 """
 
 import math
+from dataclasses import replace
 
 from ..closures.coat import squared_cosine
 from ..closures.quality import FAST
@@ -19,7 +20,13 @@ from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
 from .model_nodes import ROUGHNESS
 from .rough_diffuse import MODEL, ROUGH
 
-METHOD = Socket("Method", "NodeSocketMenu", "How Cycles scatters light below the surface; EEVEE has one method", "Random Walk")
+METHOD = Socket(
+    "Method",
+    "NodeSocketMenu",
+    "How Cycles scatters light below the surface; EEVEE has one method",
+    "Random Walk",
+    panel="Subsurface",
+)
 WEIGHT = Socket(
     "Subsurface",
     "NodeSocketFloat",
@@ -28,6 +35,7 @@ WEIGHT = Socket(
     0.0,
     1.0,
     subtype="FACTOR",
+    panel="Subsurface",
 )
 MEAN_FREE_PATH = Socket(
     "Subsurface Radius",
@@ -36,13 +44,24 @@ MEAN_FREE_PATH = Socket(
     "scattering events",
     (1.3, 0.95, 0.67),  # Skin 1 of Jensen and others (2001)
     0.0,
+    panel="Subsurface",
 )
-SCALE = Socket("Scale", "NodeSocketFloat", "Scales the subsurface radius", 1.0, 0.0)
+SCALE = Socket("Scale", "NodeSocketFloat", "Scales the subsurface radius", 1.0, 0.0, panel="Subsurface")
 SPECULAR = Socket(
-    "Specular", "NodeSocketFloat", "Weight of the specular coat: oily or wet skin, polish", 1.0, 0.0, 1.0, subtype="FACTOR"
+    "Specular",
+    "NodeSocketFloat",
+    "Weight of the specular coat: oily or wet skin, polish",
+    1.0,
+    0.0,
+    1.0,
+    subtype="FACTOR",
+    panel="Specular",
 )
-SPECULAR_ROUGHNESS = Socket("Specular Roughness", "NodeSocketFloat", "Roughness of the coat", 0.4, 0.0, 1.0, subtype="FACTOR")
+SPECULAR_ROUGHNESS = Socket(
+    "Specular Roughness", "NodeSocketFloat", "Roughness of the coat", 0.4, 0.0, 1.0, subtype="FACTOR", panel="Specular"
+)
 IOR = Socket("IOR", "NodeSocketFloat", "Index of refraction of the coat, and of Wolff's dielectric", 1.4, 1.0, 3.0)
+DIFFUSE = tuple(replace(socket, panel="Diffuse") for socket in (MODEL, ROUGHNESS))
 BRIGHTEST = 1e-6
 
 
@@ -131,8 +150,9 @@ SUBSURFACE = Group(
     key="subsurface",
     name="Subsurface",
     label="Subsurface",
-    version=4,
+    version=5,
     description="Skin, wax, marble, milk: light enters, scatters and leaves nearby; beside rough diffuse reflection, under a coat",
-    inputs=(METHOD, MODEL, COLOR, ROUGHNESS, WEIGHT, MEAN_FREE_PATH, SCALE, SPECULAR, SPECULAR_ROUGHNESS, IOR, NORMAL),
+    inputs=(COLOR, IOR, NORMAL, *DIFFUSE, METHOD, WEIGHT, MEAN_FREE_PATH, SCALE, SPECULAR, SPECULAR_ROUGHNESS),
     build=build,
+    open_panel=WEIGHT.panel,
 )
