@@ -6,12 +6,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+import bpy
+
 import pytest
+from bl_operators.wm import WM_OT_doc_view_manual
 
 from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.measure.render import openimageio
 from true_diffuse.addon.models import MODELS
 from true_diffuse.addon.nodes import GROUPS, PRINCIPLED, Group
+from true_diffuse.addon.ui import online_manual
 from true_diffuse.scripts.cli.console import BadInput
 from true_diffuse.scripts.cli.outputs import OutputFolder
 from true_diffuse.scripts.release import manual, website
@@ -150,3 +154,53 @@ def test_output_s_folders_are_published(tmp_path: Path) -> None:
         with pytest.raises(BadInput, match="cannot write"):
             output.publish()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["new", "old", "taken"]
+
+
+@pytest.fixture
+def online(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    request.getfixturevalue("registered")
+    monkeypatch.setattr(online_manual, "website", lambda: "https://studio.test/docs")
+
+
+def asked(what: str) -> str | None:
+    """The address that Online Manual opens for an identifier of Blender's."""
+    return WM_OT_doc_view_manual._lookup_rna_url(what, verbose=False)
+
+
+@pytest.mark.usefixtures("online")
+@pytest.mark.parametrize(
+    ("what", "page"),
+    [
+        ("bpy.ops.true_diffuse.convert", "manual/index.html"),
+        ("bpy.ops.true_diffuse.assign_preset", "gallery.html"),
+        ("bpy.ops.true_diffuse.use_selected_lights", "manual/index.html#chosen-lights-and-shadows"),
+        ("bpy.types.TrueDiffuseScene.error", "manual/index.html"),
+    ],
+)
+def test_online_manual_leads_from_operators_and_settings_to_the_site(what: str, page: str) -> None:
+    assert asked(what) == f"https://studio.test/docs/{page}"
+
+
+@pytest.mark.usefixtures("online")
+@pytest.mark.parametrize("group", GROUPS, ids=lambda group: group.key)
+def test_online_manual_leads_from_our_nodes_to_their_pages_alone(group: Group) -> None:
+    tree = bpy.data.materials.new("Chalk").node_tree
+    ours, other = tree.nodes.new("ShaderNodeGroup"), tree.nodes.new("ShaderNodeGroup")
+    ours.node_tree, other.node_tree = group.ensure(), bpy.data.node_groups.new("Other", "ShaderNodeTree")
+    with bpy.context.temp_override(active_node=ours):
+        assert asked("bpy.types.ShaderNodeGroup") == f"https://studio.test/docs/manual/{group.key}.html"
+        assert "studio" not in (asked("bpy.types.ShaderNodeMath") or "")
+    with bpy.context.temp_override(active_node=other):
+        assert "studio" not in (asked("bpy.types.ShaderNodeGroup") or "")
+
+
+@pytest.mark.usefixtures("registered")
+def test_online_manual_has_no_page_of_ours_without_a_site() -> None:
+    assert asked("bpy.ops.true_diffuse.convert") is None
+
+
+def test_online_manual_s_pages_are_in_the_site(staged: Path) -> None:
+    for _, target in online_manual.PAGES:
+        page, _, anchor = target.partition("#")
+        path = staged / page.replace(".html", ".md")
+        assert path.is_file() and (not anchor or anchor in anchors(path))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Menus, panels and plots."""
 
-from . import kept, menus, panels, plots
+from . import kept, menus, online_manual, panels, plots
 
-MODULES = (kept, menus, plots, panels)
+MODULES = (kept, menus, plots, panels, online_manual)
 
 
 def register() -> None:
