@@ -137,6 +137,7 @@ class Layout:
     def __init__(self, root: "Layout | None" = None) -> None:
         self.root = root or self
         self.texts: list[str] = []
+        self.closed: list[str] = []
         self.offered: list[str] = []
 
     def __getattr__(self, name: str) -> Any:
@@ -144,7 +145,8 @@ class Layout:
             return lambda **_: Layout(self.root)
         raise AttributeError(name)
 
-    def panel(self, _key: str, default_closed: bool = False) -> tuple["Layout", "Layout"]:
+    def panel(self, key: str, default_closed: bool = False) -> tuple["Layout", "Layout"]:
+        self.root.closed += [key] if default_closed else []
         return Layout(self.root), Layout(self.root)
 
     def label(self, text: str = "", icon: str = "NONE") -> None:
@@ -157,6 +159,10 @@ class Layout:
     def menu(self, name: str) -> None:
         assert hasattr(bpy.types, name)
         self.root.offered.append(name)
+
+    def popover(self, name: str, text: str = "") -> None:
+        assert hasattr(bpy.types, name)
+        self.root.offered.append(f"{name} {text}".strip())
 
     def operator(self, name: str, text: str = "", icon: str = "NONE", depress: bool = False) -> SimpleNamespace:
         assert bpy.ops.true_diffuse.__getattr__(name.partition(".")[2]).get_rna_type()

@@ -14,16 +14,19 @@ import pytest
 
 from support import Layout, specialize
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
-from true_diffuse.addon.material import materials
+from true_diffuse.addon.material import apply_preset, materials
+from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.material.read import group_node
 from true_diffuse.addon.material.summary import material_summary, stated_error
-from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
 from true_diffuse.addon.operators import exports as exports_operator
 from true_diffuse.addon.operators import tolerance as tolerance_operator
 from true_diffuse.addon.probe import exports, measurement
 from true_diffuse.addon.probe.environment import environment
-from true_diffuse.addon.ui import panels, plots
+from true_diffuse.addon.ui import menus, panels, plots
 from true_diffuse.scripts.studies import furnace, sheet
+
+GALLERY = menus.TRUE_DIFFUSE_PT_gallery.__name__
 
 
 @pytest.fixture(autouse=True)
@@ -36,7 +39,7 @@ def drawn(material: bpy.types.Material | None) -> Layout:
     """What the Material panel draws for `material`."""
     layout = Layout()
     with bpy.context.temp_override(material=material):
-        panels.MaterialPanel.draw(SimpleNamespace(layout=layout), bpy.context)
+        panels.TRUE_DIFFUSE_PT_material.draw(SimpleNamespace(layout=layout, bl_label="True Diffuse"), bpy.context)
     return layout
 
 
@@ -46,35 +49,67 @@ def clay(**inputs: materials.Setting) -> bpy.types.Material:
 
 @pytest.mark.parametrize("group", [ROUGH_DIFFUSE, SUBSURFACE, SPECULAR_GROUP], ids=lambda group: group.key)
 @pytest.mark.parametrize("engine", ["BLENDER_EEVEE", "CYCLES", "BLENDER_WORKBENCH"])
-def test_panel_shows_the_sockets_a_plot_and_the_buttons(group, engine: str) -> None:
+def test_panel_shows_presets_a_plot_and_the_buttons_but_not_the_inputs(group, engine: str) -> None:
+    """Blender's panel Surface, right below, has the inputs."""
     bpy.context.scene.render.engine = engine
     layout = drawn(materials.create("Material", group))
-    shown = [socket for socket in group.inputs if not socket.hide_value and socket.name != "Subsurface Radius"]
-    assert {socket.name.removeprefix(f"{socket.panel} ") for socket in shown} <= set(layout.texts)
-    assert ("Radius [mm]" in layout.texts) == (group is SUBSURFACE)
-    assert "plot" in layout.offered
+    assert not {socket.name for socket in group.inputs} & set(layout.texts)
+    assert f"{GALLERY} Presets" in layout.offered and "plot" in layout.offered
     for name in ("measure", "pick_settings"):
         assert any(entry.startswith(f"true_diffuse.{name}") for entry in layout.offered)
 
 
-def test_panel_of_the_principled_has_its_panels_and_units() -> None:
-    texts = drawn(materials.create("Material", PRINCIPLED)).texts
-    assert {socket.panel for socket in PRINCIPLED.inputs if socket.panel} <= set(texts)
-    assert "Scale [mm]" in texts and "Radius" in texts  # the radius is relative, as Blender's is
-    assert "Weight" in texts and "Subsurface Weight" not in texts  # in the panel Subsurface
-
-
-def test_panel_without_a_group_of_ours_offers_one() -> None:
-    assert "true_diffuse.convert" in drawn(materials.create_plain("Plain")[0]).offered
-    assert drawn(None).texts == ["No material"]
-
-
-def test_panel_says_what_a_socket_is_linked_to() -> None:
+def test_sections_are_closed_above_surface_and_open_in_the_sidebar() -> None:
     material = clay()
-    image = material.node_tree.nodes.new("ShaderNodeTexImage")
-    image.label = "Brick"
-    material.node_tree.links.new(image.outputs["Color"], material.node_tree.nodes["Rough Diffuse"].inputs["Color"])
-    assert "Brick" in drawn(material).texts
+    assert drawn(material).closed == [f"true_diffuse_{key}" for key in ("plot", "accuracy", "carried", "error")]
+    sidebar = Layout()
+    with bpy.context.temp_override(material=material):
+        panels.TRUE_DIFFUSE_PT_node.draw(SimpleNamespace(layout=sidebar), bpy.context)
+    assert "plot" in sidebar.offered and sidebar.closed == []
+
+
+def test_panel_names_the_preset_that_the_material_has() -> None:
+    material = apply_preset.create_material(PRESETS["clay"])
+    assert f"{GALLERY} Clay" in drawn(material).offered
+    material.node_tree.nodes["Rough Diffuse"].inputs["Roughness"].default_value += 0.1
+    assert f"{GALLERY} Presets" in drawn(material).offered
+
+
+def test_panel_without_a_group_of_ours_offers_presets_and_the_conversion() -> None:
+    offered = [
+        f"{GALLERY} Presets" if entry.endswith("Presets") else entry for entry in drawn(materials.create_plain("A")[0]).offered
+    ]
+    assert f"{GALLERY} Presets" in offered and "true_diffuse.convert" in offered
+    nothing = drawn(None)
+    assert f"{GALLERY} Presets" in nothing.offered and "true_diffuse.convert" not in nothing.offered
+
+
+def test_panel_is_for_materials_of_surfaces() -> None:
+    bpy.ops.mesh.primitive_cube_add()
+    assert panels.TRUE_DIFFUSE_PT_material.poll(bpy.context)
+    stroke = bpy.data.materials.new("Stroke")
+    bpy.data.materials.create_gpencil_data(stroke)
+    with bpy.context.temp_override(material=stroke):
+        assert not panels.TRUE_DIFFUSE_PT_material.poll(bpy.context)
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_gallery_shows_every_preset_and_marks_the_current(own: bool) -> None:
+    bpy.ops.mesh.primitive_cube_add()
+    material = apply_preset.create_material(PRESETS["clay"]) if own else None
+    bpy.context.object.active_material = material
+    area = bpy.context.window.screen.areas[0]
+    area.ui_type = "PROPERTIES"
+    layout = Layout()
+    with bpy.context.temp_override(area=area, material=material):
+        menus.TRUE_DIFFUSE_PT_gallery.draw(SimpleNamespace(layout=layout), bpy.context)
+    assert [text for text in layout.texts if text] == ["Matte", "Skin", "Translucent"]
+    operator = "true_diffuse.apply_preset" if own else "true_diffuse.assign_preset"
+    names = [f"{operator} {preset.name}" for preset in PRESETS.values()]
+    offered = [entry for entry in layout.offered if entry.removesuffix(" chosen") in names]
+    assert sorted(entry.removesuffix(" chosen") for entry in offered) == sorted(names)
+    assert [entry for entry in offered if entry.endswith(" chosen")] == ([f"{operator} Clay chosen"] if own else [])
+    assert layout.offered.count(operator) == len(PRESETS) - own  # the buttons behind the pictures
 
 
 def test_panel_says_that_a_material_is_linked_from_another_file(tmp_path: Path) -> None:
@@ -84,7 +119,7 @@ def test_panel_says_that_a_material_is_linked_from_another_file(tmp_path: Path) 
     with bpy.data.libraries.load(path, link=True) as (_, wanted):
         wanted.materials = ["Clay"]
     layout = drawn(bpy.data.materials["Clay"])
-    assert "Linked from another file" in layout.texts and "Roughness" in layout.texts
+    assert "Linked from another file" in layout.texts and f"{GALLERY} Presets" in layout.offered
     with bpy.context.temp_override(material=bpy.data.materials["Clay"]):
         assert not bpy.ops.true_diffuse.apply_preset.poll() and bpy.ops.true_diffuse.measure.poll()
 
@@ -110,13 +145,14 @@ def test_overridden_material_is_not_edited(tmp_path: Path) -> None:
 def test_panel_shows_a_group_that_the_user_gave_another_socket() -> None:
     material = clay()
     material.node_tree.nodes["Rough Diffuse"].node_tree.interface.new_socket("Coat", in_out="INPUT", socket_type="NodeSocketShader")
-    assert "Roughness" in drawn(material).texts
+    assert "plot" in drawn(material).offered
 
 
 def test_panel_offers_the_upgrade_of_a_material_that_an_earlier_version_optimized() -> None:
     material = clay()
     specialize(material.node_tree.nodes["Rough Diffuse"])
-    assert drawn(material).offered == ["true_diffuse.upgrade"]
+    offered = drawn(material).offered
+    assert "true_diffuse.upgrade" in offered and not any("measure" in entry for entry in offered)
 
 
 @pytest.mark.parametrize("kind", [None, "NodeSocketColor"])
@@ -127,7 +163,7 @@ def test_panel_refuses_a_group_of_another_version(kind: str | None) -> None:
     if kind:
         tree.interface.new_socket("Roughness", in_out="INPUT", socket_type=kind)
     layout = drawn(material)
-    assert any("another version" in text for text in layout.texts) and "true_diffuse.upgrade" in layout.offered
+    assert any("Another version" in text for text in layout.texts) and "true_diffuse.upgrade" in layout.offered
     with bpy.context.temp_override(material=material):
         assert not bpy.ops.true_diffuse.apply_preset.poll()
 
@@ -345,18 +381,6 @@ def test_deleted_lights_are_not_chosen_any_more() -> None:
     bpy.data.objects.remove(first)
     bpy.context.view_layer.update()
     assert chosen_lights.chosen() == [second] and len(chosen_lights.LIGHTS.ensure().nodes) < nodes
-
-
-def test_preset_gives_the_node_its_values() -> None:
-    material = materials.create("Wax", SUBSURFACE)
-    node = material.node_tree.nodes["Subsurface"]
-    with bpy.context.temp_override(material=material):
-        assert bpy.ops.true_diffuse.apply_preset(key="marble") == {"FINISHED"}
-    assert node.inputs["IOR"].default_value == pytest.approx(1.5)  # Jensen's eta of marble
-    with bpy.context.temp_override(material=clay()), pytest.raises(RuntimeError, match="preset of the group Subsurface"):
-        bpy.ops.true_diffuse.apply_preset(key="marble")
-    with bpy.context.temp_override(material=materials.create_plain("Plain")[0]):
-        assert not bpy.ops.true_diffuse.apply_preset.poll()
 
 
 def report(folder: Path, **environment_of: object) -> Path:

@@ -2,18 +2,23 @@
 """The presets: their values against the published table, their pictures, and the operators that use them."""
 
 import math
+from itertools import product
 
 import bpy
 
 import pytest
 
+from true_diffuse.addon.blender import fcurves
 from true_diffuse.addon.closures.subsurface_fit import MU
-from true_diffuse.addon.material import materials
+from true_diffuse.addon.material import materials, revert
+from true_diffuse.addon.material.apply_preset import apply, create_material, preset_of
+from true_diffuse.addon.material.convert import ConversionError
 from true_diffuse.addon.material.presets import PICTURES, PRESETS, Preset, picture
 from true_diffuse.addon.models.half_space import plane_albedo
 from true_diffuse.addon.models.medium import MEDIA
 from true_diffuse.addon.models.skin import TONES
-from true_diffuse.addon.nodes import GROUPS, ROUGH_DIFFUSE, SUBSURFACE
+from true_diffuse.addon.nodes import GROUPS, PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
+from true_diffuse.addon.nodes.graph import key_and_version
 
 every_preset = pytest.mark.parametrize("preset", PRESETS.values(), ids=PRESETS)
 every_medium = pytest.mark.parametrize("medium", MEDIA, ids=lambda medium: medium.name)
@@ -70,13 +75,11 @@ def test_darker_skin_is_darker() -> None:
     assert tones == sorted(tones, reverse=True) and all(r > g > b for r, g, b in tones)
 
 
-@every_preset
 @pytest.mark.usefixtures("empty_file")
-def test_preset_makes_a_material(preset: Preset) -> None:
-    node = materials.create(preset.name, preset.group, **preset.inputs).node_tree.nodes[preset.group.name]
-    for name, value in preset.inputs.items():
-        actual = node.inputs[name].default_value
-        assert (tuple(actual) if isinstance(value, tuple) else actual) == pytest.approx(value, rel=1e-6)
+def test_presets_make_materials_that_are_them() -> None:
+    for preset in PRESETS.values():
+        node = own(create_material(preset))
+        assert has(node, preset.inputs) and preset_of(node) is preset
 
 
 @pytest.mark.parametrize("key", [*PRESETS, *(group.key for group in GROUPS)])
@@ -139,3 +142,208 @@ def test_preset_is_assigned_in_the_properties_editor_to_its_object() -> None:
     with bpy.context.temp_override(area=area, region=area.regions[-1]):
         assert bpy.ops.true_diffuse.assign_preset(key="clay") == {"FINISHED"}
     assert shown.active_material.name == "Clay" and other.active_material is None
+
+
+CHALK, MARBLE = PRESETS["chalk"], PRESETS["marble"]
+
+
+def own(material: bpy.types.Material) -> bpy.types.Node:
+    """The node of ours that is the surface of `material`."""
+    return material.node_tree.get_output_node("ALL").inputs["Surface"].links[0].from_node
+
+
+def texture(node: bpy.types.Node, *names: str) -> bpy.types.Node:
+    """Link a new image texture, named Brick, to inputs of `node`; returns it."""
+    image = node.id_data.nodes.new("ShaderNodeTexImage")
+    image.name = "Brick"
+    for name in names:
+        node.id_data.links.new(image.outputs["Color"], node.inputs[name])
+    return image
+
+
+def principled_material() -> tuple[bpy.types.Material, bpy.types.Node]:
+    material = bpy.data.materials.new("Mine")
+    return material, material.node_tree.nodes["Principled BSDF"]
+
+
+def has(node: bpy.types.Node, values: dict[str, object]) -> bool:
+    for name, value in values.items():
+        actual = node.inputs[name].default_value
+        if isinstance(value, str):
+            is_same = actual == value
+        else:
+            is_same = (tuple(actual) if isinstance(value, tuple) else actual) == pytest.approx(value, rel=1e-6)
+        if not is_same:
+            return False
+    return True
+
+
+@pytest.mark.usefixtures("empty_file")
+def test_preset_takes_the_place_of_a_node_with_its_color_and_normal_links() -> None:
+    groups = {"Rough Diffuse": ROUGH_DIFFUSE, "Subsurface": SUBSURFACE, "Standard Specular": SPECULAR_GROUP}
+    for kind, preset in product((*groups, "BsdfDiffuse", "BsdfPrincipled", "SubsurfaceScattering"), (CHALK, MARBLE)):
+        if kind in groups:
+            material = materials.create("Mine", groups[kind])
+        else:
+            material = bpy.data.materials.new("Mine")
+            tree = material.node_tree
+            tree.nodes.remove(tree.nodes["Principled BSDF"])
+            tree.links.new(tree.nodes.new(f"ShaderNode{kind}").outputs[0], tree.get_output_node("ALL").inputs["Surface"])
+        node = own(material)
+        node.name = "Kept"
+        image = texture(node, "Base Color" if kind == "BsdfPrincipled" else "Color")
+        bump = material.node_tree.nodes.new("ShaderNodeBump")
+        material.node_tree.links.new(bump.outputs["Normal"], node.inputs["Normal"])
+        before = tuple(material.diffuse_color)
+        assert apply(material, node if kind in groups else None, preset, 1.0) == ["Color stays linked to Brick"]
+        node = own(material)
+        assert key_and_version(node)[0] == preset.group.key and node.name == "Kept"
+        assert node.inputs["Color"].links[0].from_node == image and node.inputs["Normal"].links[0].from_node == bump
+        assert has(node, {"Model": "Oren-Nayar"} | {name: value for name, value in preset.inputs.items() if name != "Color"})
+        assert tuple(material.diffuse_color) == before and material.metallic == 0.0  # as the color is the image's
+
+
+@pytest.mark.usefixtures("empty_file")
+def test_preset_resets_what_the_node_had_of_another_look() -> None:
+    """A model, or a scale of the radius, would make another material of the preset's numbers; the quality would not."""
+    material = materials.create("Mine", ROUGH_DIFFUSE, Model="EON", Quality="Precise", Roughness=0.9)
+    assert apply(material, own(material), CHALK, 1.0) == []
+    assert has(own(material), {"Model": "Oren-Nayar", "Quality": "Precise", **CHALK.inputs}) and preset_of(own(material)) is CHALK
+    material = materials.create("Mine", SUBSURFACE, Scale=7.0, Method="Christensen-Burley")
+    apply(material, own(material), MARBLE, 1.0)
+    assert has(own(material), {"Scale": 1.0, "Method": "Christensen-Burley"}) and preset_of(own(material)) is MARBLE
+
+
+@pytest.mark.usefixtures("empty_file")
+def test_principled_with_other_links_keeps_them_all() -> None:
+    names = ("Base Color", "Metallic", "Alpha", "Subsurface Scale", "Emission Color")
+    for preset in (CHALK, MARBLE):
+        material, node = principled_material()
+        node.inputs["Coat Weight"].default_value = node.inputs["Transmission Weight"].default_value = 0.5
+        texture(node, *names)
+        assert apply(material, None, preset, 1.0) == [f"{name} stays linked to Brick" for name in names]
+        node = own(material)
+        assert key_and_version(node)[0] == PRINCIPLED.key and all(node.inputs[name].is_linked for name in names)
+        values = {"Model": "Oren-Nayar", "Diffuse Roughness": preset.inputs["Roughness"], "Coat Weight": 0.0}
+        # half of a Specular IOR Level is the reflectance of the IOR, which is Specular 1 of the group Subsurface
+        is_marble = float(preset is MARBLE)
+        assert has(
+            node, values | {"Transmission Weight": 0.0, "Subsurface Weight": is_marble, "Specular IOR Level": 0.5 * is_marble}
+        )
+        if is_marble:
+            own_names = {"Subsurface Radius": "Subsurface Radius", "IOR": "IOR", "Roughness": "Specular Roughness"}
+            assert has(node, {name: preset.inputs[own] for name, own in own_names.items()})
+
+
+@pytest.mark.usefixtures("empty_file")
+def test_principled_of_ours_stays_one_and_shows_the_preset() -> None:
+    material = materials.create("Mine", PRINCIPLED, Metallic=1.0, **{"Sheen Weight": 0.3})
+    for preset in (CHALK, MARBLE, CHALK):
+        assert apply(material, own(material), preset, 1.0) == [] and preset_of(own(material)) is preset
+        assert has(own(material), {"Base Color": preset.inputs["Color"], "Metallic": 0.0, "Sheen Weight": 0.0})
+
+
+@pytest.mark.usefixtures("empty_file")
+def test_links_without_a_place_are_said() -> None:
+    material = materials.create("Mine", SUBSURFACE)
+    texture(own(material), "Scale", "Roughness")
+    notes = apply(material, own(material), CHALK, 1.0)
+    assert notes == ["what went into Scale is lost: Rough Diffuse has no such input", "Roughness stays linked to Brick"]
+
+
+@pytest.mark.usefixtures("empty_file")
+def test_animation_is_kept_or_the_preset_refused() -> None:
+    material = materials.create("Mine", ROUGH_DIFFUSE)
+    node = own(material)
+    for frame, value in ((1, 0.1), (11, 0.9)):
+        node.inputs["Roughness"].default_value = value
+        node.inputs["Roughness"].keyframe_insert("default_value", frame=frame)
+    assert apply(material, node, MARBLE, 1.0) == ["Roughness stays animated"]
+    paths = [curve.data_path for curve in fcurves.curves(material.node_tree)]
+    assert paths == [own(material).inputs["Roughness"].path_from_id("default_value")]
+    material, node = principled_material()
+    node.inputs["Alpha"].keyframe_insert("default_value", frame=1)
+    assert apply(material, None, CHALK, 1.0) == ["Alpha stays animated"] and key_and_version(own(material))[0] == PRINCIPLED.key
+    material = materials.create("Mine", SUBSURFACE)
+    own(material).inputs["Scale"].keyframe_insert("default_value", frame=1)
+    with pytest.raises(ConversionError, match=r"is animated \(Scale\)"):
+        apply(material, own(material), CHALK, 1.0)
+    assert key_and_version(own(material))[0] == SUBSURFACE.key
+
+
+@pytest.mark.usefixtures("empty_file")
+def test_preset_in_a_mix_changes_the_nearest_and_names_the_others() -> None:
+    material, first = principled_material()
+    tree = material.node_tree
+    second, mix = tree.nodes.new("ShaderNodeBsdfDiffuse"), tree.nodes.new("ShaderNodeMixShader")
+    names = {first.name, second.name}
+    tree.links.new(first.outputs[0], mix.inputs[1])
+    tree.links.new(second.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], tree.get_output_node("ALL").inputs["Surface"])
+    (note,) = apply(material, None, CHALK, 1.0)
+    ours = [node.name for node in tree.nodes if key_and_version(node)[0]]
+    assert len(ours) == 1 and note == f"{(names - set(ours)).pop()} stays as it is"
+    assert own(material) == mix
+
+
+@pytest.mark.usefixtures("empty_file")
+def test_preset_becomes_the_surface_where_none_can_take_it() -> None:
+    for is_output, is_emission in ((True, True), (True, False), (False, False)):
+        material, _ = principled_material()
+        tree = material.node_tree
+        tree.nodes.clear()
+        if is_output:
+            output = tree.nodes.new("ShaderNodeOutputMaterial")
+        if is_emission:
+            tree.links.new(tree.nodes.new("ShaderNodeEmission").outputs[0], output.inputs["Surface"])
+        assert apply(material, None, CHALK, 1.0) == ["Emission is no longer the surface"] * is_emission
+        assert preset_of(own(material)) is CHALK
+
+
+@pytest.mark.usefixtures("empty_file")
+def test_applied_preset_can_be_reverted_to_the_node_before() -> None:
+    material, node = principled_material()
+    node.inputs["Base Color"].default_value, node.inputs["Metallic"].default_value = (0.1, 0.2, 0.3, 1.0), 0.75
+    apply(material, None, CHALK, 1.0)
+    assert revert.revert_material(material).reverted == ["Mine"]
+    assert has(own(material), {"Base Color": (0.1, 0.2, 0.3, 1.0), "Metallic": 0.75})
+
+
+@pytest.mark.usefixtures("empty_file")
+def test_solid_view_shows_the_preset() -> None:
+    for preset, roughness in ((CHALK, 1.0), (MARBLE, MARBLE.inputs["Specular Roughness"])):
+        material, _ = principled_material()
+        material.metallic = 1.0
+        apply(material, None, preset, 1.0)
+        for each in (material, create_material(preset)):
+            assert tuple(each.diffuse_color) == pytest.approx(preset.inputs["Color"], rel=1e-6)
+            assert each.roughness == pytest.approx(roughness) and each.metallic == 0.0
+
+
+@pytest.mark.usefixtures("registered")
+def test_preset_is_applied_in_place_and_undone(capsys: pytest.CaptureFixture[str]) -> None:
+    bpy.ops.mesh.primitive_cube_add()
+    material, node = principled_material()
+    bpy.context.object.active_material = material
+    texture(node, "Base Color")
+    bpy.ops.ed.undo_push(message="Before")
+    color = tuple(material.diffuse_color)
+    for key in ("clay", "chalk"):
+        assert bpy.ops.true_diffuse.apply_preset("EXEC_DEFAULT", True, key=key) == {"FINISHED"}
+    assert "Applied Chalk to Mine; Color stays linked to Brick" in capsys.readouterr().out
+    bpy.ops.ed.undo()
+    roughness = own(bpy.data.materials["Mine"]).inputs["Roughness"].default_value
+    assert roughness == pytest.approx(PRESETS["clay"].inputs["Roughness"])
+    bpy.ops.ed.undo()
+    assert own(bpy.data.materials["Mine"]).type == "BSDF_PRINCIPLED" and tuple(bpy.data.materials["Mine"].diffuse_color) == color
+
+
+@pytest.mark.usefixtures("registered")
+def test_assigned_preset_says_to_what(capsys: pytest.CaptureFixture[str]) -> None:
+    for _ in range(3):
+        bpy.ops.mesh.primitive_cube_add()
+    assert bpy.ops.true_diffuse.assign_preset(key="chalk") == {"FINISHED"}
+    bpy.ops.object.select_all(action="SELECT")
+    assert bpy.ops.true_diffuse.assign_preset(key="chalk") == {"FINISHED"}
+    out = capsys.readouterr().out
+    assert "Assigned Chalk to Cube.002" in out and "Assigned Chalk to 3 objects" in out

@@ -15,7 +15,7 @@ import bpy
 from ..blender.engines import another_blender
 from ..blender.extension import ASSET_FILE, PACKAGE
 from ..nodes import GROUPS
-from . import materials
+from .apply_preset import create_material
 from .presets import PRESETS, picture
 
 NAME = "True Diffuse"
@@ -97,7 +97,7 @@ def write(folder: Path) -> None:
     """Write the library's files to `folder`; the open file gets all assets, so call this in an empty one."""
     blocks: set[bpy.types.ID] = set()
     for preset in PRESETS.values():
-        material = materials.create(preset.name, preset.group, **preset.inputs)
+        material = create_material(preset)
         tags = (preset.kind, preset.group.label)
         blocks.add(_mark(material, preset.kind, preset.description, tags, preset.picture))
     for group in GROUPS:

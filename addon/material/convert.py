@@ -78,10 +78,11 @@ class Plan:
     def scale(self, name: str, factor: float | tuple[float, ...]) -> None:
         """Multiply what the group's input `name` got."""
         self.factors[name] = factor
-        self.values[name] = _times(self.values[name], factor)
+        self.values[name] = times(self.values[name], factor)
 
 
-def _times(value: Setting, factor: float | tuple[float, ...]) -> Setting:
+def times(value: Setting, factor: float | tuple[float, ...]) -> Setting:
+    """Return a number or vector times `factor`; raises TypeError for the entry of a menu, and for a number times a vector."""
     if isinstance(value, tuple):
         factors = factor if isinstance(factor, tuple) else (factor,) * len(value)
         return tuple(a * b for a, b in zip(value, factors, strict=True))
@@ -265,14 +266,14 @@ def convert_nodes(
         name = node.label or node.name
         try:
             plan = PLANS[node.type](node, meter, quality)
-            _check_animation(node, plan)
+            check_animation(node, plan)
             group = plan.group.ensure()
             if group == tree or group.contains_tree(tree):
                 raise ConversionError("is a part of the group that would replace it")
         except ConversionError as reason:
             lines.append(f"{name} {reason} and is left alone")
             continue
-        _replace(tree, node, plan)
+        replace(tree, node, plan)
         count += 1
         lines += [f"{name} lost: {loss}" for loss in plan.losses]
     return count, lines
@@ -291,7 +292,7 @@ def active_nodes(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.Node]:
     return [node for node in nodes.values() if not node.mute]
 
 
-def _check_animation(node: bpy.types.Node, plan: Plan) -> None:
+def check_animation(node: bpy.types.Node, plan: Plan) -> None:
     """Raise ConversionError where keyframes or drivers change, or drivers read, what has no place in the group of `plan`."""
 
     def lacks(curve: "bpy.types.FCurve | fcurves.Reader") -> str:
@@ -309,8 +310,11 @@ def _check_animation(node: bpy.types.Node, plan: Plan) -> None:
             raise ConversionError(f"drives something by its {lacks(reader)}")
 
 
-def _replace(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, plan: Plan) -> None:
-    """Replace `node` by the node that `plan` describes, which gets its name, links and animation."""
+def replace(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, plan: Plan) -> bpy.types.Node:
+    """Replace `node` by the node that `plan` describes, which gets its name, links and animation; returns that.
+
+    One in place of a node of Blender's remembers it, for `revert.py`.
+    """
     new = add_group(tree, plan.group)
     set_inputs(new, plan.values)
     for name in LAYOUT:
@@ -326,7 +330,8 @@ def _replace(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, plan: Plan) -
     for socket in node.inputs:
         if socket.name in plan.taken:
             new.inputs[plan.taken[socket.name]].hide = socket.hide
-    _original(node, new, plan).keep(new)
+    if node.type in CONVERTIBLE:
+        _original(node, new, plan).keep(new)
     for target, is_muted in [(link.to_socket, link.is_muted) for link in node.outputs[0].links]:
         tree.links.new(new.outputs["BSDF"], target).is_muted = is_muted
     if tree.nodes.active == node:
@@ -338,6 +343,7 @@ def _replace(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node, plan: Plan) -
         curve.data_path = entrances[curve].path_from_id("default_value")
     for reader in readers:
         reader.follow(entrances[reader])
+    return new
 
 
 def _entrance(new: bpy.types.Node, plan: Plan, name: str, old: bpy.types.NodeSocket) -> bpy.types.NodeSocket:

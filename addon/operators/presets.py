@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Operators that use a preset: as a new node in the Shader Editor, as a new material of objects, or as values of a node."""
+"""Operators that use a preset: as a new node in the Shader Editor, as a new material of objects, or in a material that is there."""
 
 from typing import TYPE_CHECKING
 
@@ -65,13 +65,15 @@ class TRUE_DIFFUSE_OT_assign_preset(UsePreset, Operator):
         return "The selected objects are linked from other files" if linked else "Select objects with a surface"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from ..material.materials import create
+        from ..material.apply_preset import create_material
 
         editable, linked = _with_surface(context)
-        material = create(self.preset.name, self.preset.group, **self.preset.inputs)
+        material = create_material(self.preset)
         for item in editable:
             item.active_material = material
-        self.report_linked([item.name for item in linked])
+        objects = editable[0].name if len(editable) == 1 else f"{len(editable)} objects"
+        notes = [f"{item.name} is linked from another file and not changed" for item in linked]
+        self.report_with_notes(f"Assigned {self.preset.name} to {objects}", notes)
         return {"FINISHED"}
 
 
@@ -87,7 +89,7 @@ def _with_surface(context: bpy.types.Context) -> tuple[list[bpy.types.Object], l
 
 
 class TRUE_DIFFUSE_OT_apply_preset(UsePreset, Operator):
-    """Set the True Diffuse node to the values of a preset; linked sockets stay linked"""
+    """Make the material one of a preset; what is linked or animated stays, as far as it has a place there"""
 
     bl_idname = "true_diffuse.apply_preset"
     bl_label = "Apply True Diffuse Preset"
@@ -98,21 +100,29 @@ class TRUE_DIFFUSE_OT_apply_preset(UsePreset, Operator):
         from ..material.summary import node_summary
 
         node, material = node_of(context), material_of(context)
+        if material is None or material.node_tree is None:
+            return "There is no material"
+        if reason := locked_reason(material):
+            return f"The material {reason}"
         if node is None:
-            return "The material has no True Diffuse node"
-        reason = locked_reason(material) if material else ""
-        if reason or not node.id_data.is_editable:
-            return f"The material {reason or 'is linked from another file'}"
+            return ""
+        if not node.id_data.is_editable:
+            return f"The group {node.id_data.name} is linked from another file"
         return f"{node.node_tree.name} is of another version" if node_summary(node) is None else ""
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from ..material.materials import set_inputs
-        from ..nodes.graph import key_and_version
+        return self.apply(context, material_of(context))
 
-        node, preset = node_of(context), self.preset
-        if key_and_version(node)[0] != preset.group.key:
-            return self.cancel_with(f"{preset.name} is a preset of the group {preset.group.label}, the node holds another")
-        set_inputs(node, preset.inputs)
+    def apply(self, context: bpy.types.Context, material: bpy.types.Material) -> set[str]:
+        """Apply the preset to `material` and report the result; returns what `execute` does."""
+        from ..material.apply_preset import apply
+        from ..material.convert import ConversionError
+
+        try:
+            notes = apply(material, node_of(context), self.preset, context.scene.unit_settings.scale_length)
+        except ConversionError as reason:
+            return self.cancel_with(f"{material.name} {reason}")
+        self.report_with_notes(f"Applied {self.preset.name} to {material.name}", notes)
         return {"FINISHED"}
 
 

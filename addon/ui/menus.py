@@ -8,7 +8,7 @@ import bpy
 import bpy.utils.previews
 
 from ..operators.add import TRUE_DIFFUSE_OT_add_group
-from ..operators.context import is_node_editor
+from ..operators.context import is_node_editor, material_of, node_of
 from ..operators.convert import (
     TRUE_DIFFUSE_OT_convert,
     TRUE_DIFFUSE_OT_convert_nodes,
@@ -16,7 +16,7 @@ from ..operators.convert import (
     TRUE_DIFFUSE_OT_revert,
 )
 from ..operators.lights import TRUE_DIFFUSE_OT_use_selected_lights
-from ..operators.presets import TRUE_DIFFUSE_OT_add_preset, TRUE_DIFFUSE_OT_assign_preset
+from ..operators.presets import TRUE_DIFFUSE_OT_add_preset, TRUE_DIFFUSE_OT_apply_preset, TRUE_DIFFUSE_OT_assign_preset
 from ..operators.scene import TRUE_DIFFUSE_OT_build_comparison
 from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
 
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from ..material.presets import Preset
 
 COLUMNS = 3
-PICTURE_SIZE = 4.0  # times an icon's
+GALLERY_COLUMNS = 6
+PICTURE_SIZE = 3.2  # times an icon's
 pictures: bpy.utils.previews.ImagePreviewCollection  # of the presets drawn so far, by key; set while the extension is registered
 
 
@@ -58,6 +59,33 @@ class TRUE_DIFFUSE_MT_translucent(PresetMenu):
 
 
 PRESET_MENUS = (TRUE_DIFFUSE_MT_matte, TRUE_DIFFUSE_MT_skin, TRUE_DIFFUSE_MT_translucent)
+
+
+class TRUE_DIFFUSE_PT_gallery(bpy.types.Panel):
+    """All presets, for the material of the editor; for the selected objects in the 3D Viewport"""
+
+    bl_label = "Presets"
+    bl_space_type = "TOPBAR"  # drawn as a popover alone
+    bl_region_type = "HEADER"
+    bl_ui_units_x = round(GALLERY_COLUMNS * (PICTURE_SIZE + 1.0))
+
+    def draw(self, context: bpy.types.Context) -> None:
+        from ..material.apply_preset import preset_of
+        from ..material.presets import PRESETS
+
+        in_place = context.area.type != "VIEW_3D" and material_of(context) is not None
+        operator = TRUE_DIFFUSE_OT_apply_preset if in_place else TRUE_DIFFUSE_OT_assign_preset
+        node = node_of(context)
+        current = preset_of(node) if node else None
+        for menu in PRESET_MENUS:
+            presets = [preset for preset in PRESETS.values() if preset.kind == menu.bl_label]
+            self.layout.label(text=menu.bl_label)
+            for first in range(0, len(presets), GALLERY_COLUMNS):
+                row = self.layout.row()
+                for preset in presets[first : first + GALLERY_COLUMNS]:
+                    draw_card(row, preset, operator, preset == current)
+                for _ in range(first + GALLERY_COLUMNS - len(presets)):
+                    row.label()  # as wide as a card
 
 
 class TRUE_DIFFUSE_MT_add(bpy.types.Menu):
@@ -94,16 +122,41 @@ class TRUE_DIFFUSE_MT_object(bpy.types.Menu):
 
 
 def draw_pictures(layout: bpy.types.UILayout, presets: "Sequence[Preset]", operator: type[bpy.types.Operator]) -> None:
-    """Draw a picture of each preset above a button that calls `operator` with its key."""
+    """Draw a picture and the name of each preset in a menu; both call `operator` with its key."""
     row = layout.row()
     for first in range(COLUMNS):  # column by column: Blender puts a picture right of everything drawn before it in other columns
         column = row.column()
         column.ui_units_x = PICTURE_SIZE + 1.0  # else short names make small pictures
         for preset in presets[first::COLUMNS]:
-            if preset.key not in pictures:
-                pictures.load(preset.key, str(preset.picture), "IMAGE")
-            column.template_icon(pictures[preset.key].icon_id, scale=PICTURE_SIZE)
-            column.operator(operator.bl_idname, text=preset.name).key = preset.key
+            draw_card(column, preset, operator)
+
+
+def draw_card(layout: bpy.types.UILayout, preset: "Preset", operator: type[bpy.types.Operator], is_current: bool = False) -> None:
+    """Draw a preset's picture over its name; both call `operator` with its key."""
+    card = layout.column(align=True)
+    behind_picture(card).operator(operator.bl_idname, text="", depress=is_current).key = preset.key
+    card.template_icon(picture(preset), scale=PICTURE_SIZE)
+    card.operator(operator.bl_idname, text=preset.name, depress=is_current).key = preset.key
+
+
+def behind_picture(card: bpy.types.UILayout) -> bpy.types.UILayout:
+    """Return a layout for the button that is to lie behind the `template_icon` which is drawn next, of scale PICTURE_SIZE.
+
+    Blender's buttons have small icons, and a large one is a label, which does not react to clicks: so a layout that takes no height
+    holds a button as large as the label.
+    """
+    flat = card.column()
+    flat.ui_units_y = 0.01
+    button = flat.column()
+    button.scale_y = PICTURE_SIZE
+    return button
+
+
+def picture(preset: "Preset") -> int:
+    """Return the icon of a preset's picture, which is read when it is first drawn."""
+    if preset.key not in pictures:
+        pictures.load(preset.key, str(preset.picture), "IMAGE")
+    return pictures[preset.key].icon_id
 
 
 def draw_common(layout: bpy.types.UILayout) -> None:
@@ -131,6 +184,7 @@ def draw_object_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
 def draw_convert(self: bpy.types.Menu, context: bpy.types.Context) -> None:
     """Draw the entries at the end of the context menus of objects and of materials."""
     self.layout.separator()
+    self.layout.popover(TRUE_DIFFUSE_PT_gallery.__name__, text="True Diffuse Presets")
     self.layout.operator(TRUE_DIFFUSE_OT_convert.bl_idname)
     if TRUE_DIFFUSE_OT_revert.poll(context):
         self.layout.operator(TRUE_DIFFUSE_OT_revert.bl_idname)
@@ -154,7 +208,7 @@ ENTRIES = (
     ("NODE_MT_context_menu", draw_convert_nodes),
 )
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
-    (*PRESET_MENUS, TRUE_DIFFUSE_MT_add, TRUE_DIFFUSE_MT_object)
+    (*PRESET_MENUS, TRUE_DIFFUSE_PT_gallery, TRUE_DIFFUSE_MT_add, TRUE_DIFFUSE_MT_object)
 )
 
 

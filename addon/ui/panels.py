@@ -12,7 +12,7 @@ from ..operators.convert import TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert
 from ..operators.exports import TRUE_DIFFUSE_OT_check_exports, answers
 from ..operators.lights import TRUE_DIFFUSE_OT_toggle_light, TRUE_DIFFUSE_OT_use_selected_lights
 from ..operators.measure import TRUE_DIFFUSE_OT_measure, measurements
-from ..operators.presets import SHADED, TRUE_DIFFUSE_OT_apply_preset
+from ..operators.presets import SHADED
 from ..operators.tolerance import TRUE_DIFFUSE_OT_pick_settings
 from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
 from . import menus, plots
@@ -22,60 +22,37 @@ if TYPE_CHECKING:
     from ..material.summary import MaterialSummary
 
 LINE_LENGTH = 34  # letters that fit into a sidebar beside an icon
-CHANNELS = ("Red", "Green", "Blue")
-MILLIMETERS, PRINCIPLED_MILLIMETERS = {"Subsurface Radius"}, {"Subsurface Scale"}  # inputs that are lengths
+NO_PICTURE = bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items["MATERIAL"].value
 NARROWEST, WIDEST = 7.0, 13.0  # of a plot, times an icon's size
 
 
-class TRUE_DIFFUSE_MT_apply(bpy.types.Menu):
-    """Set this node to the values of a preset"""
-
-    bl_label = "Presets"
-
-    def draw(self, context: bpy.types.Context) -> None:
-        from ..material.presets import PRESETS
-        from ..nodes.graph import key_and_version
-
-        node = node_of(context)
-        presets = [preset for preset in PRESETS.values() if node and preset.group.key == key_and_version(node)[0]]
-        menus.draw_pictures(self.layout, presets, TRUE_DIFFUSE_OT_apply_preset)
-
-
-class MaterialPanel:
-    """Base of the panels of a material."""
+class TRUE_DIFFUSE_PT_material(bpy.types.Panel):
+    """The presets for the material, and its accuracy"""
 
     bl_label = "True Diffuse"
-    layout: bpy.types.UILayout
-
-    def draw(self, context: bpy.types.Context) -> None:
-        layout, material = self.layout, material_of(context)
-        layout.use_property_split, layout.use_property_decorate = True, False
-        if material is None:
-            layout.label(text="No material")
-            menus.draw_common(layout)
-            return
-        if material.override_library is not None:
-            layout.label(text="Library override: its nodes cannot be changed", icon="LIBRARY_DATA_OVERRIDE")
-        elif not material.is_editable:
-            layout.label(text="Linked from another file", icon="LINKED")
-        draw_material(layout, context, material)
-
-
-class TRUE_DIFFUSE_PT_material(MaterialPanel, bpy.types.Panel):
-    """The True Diffuse group of the material"""
-
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "material"
+    bl_options = {"HIDE_HEADER"}  # so Blender draws it above panels with a header, right below the material slots
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return material_of(context) is not None or (context.object is not None and context.object.type in SHADED)
+        material = material_of(context)
+        if material is not None:
+            return not material.is_grease_pencil
+        return context.object is not None and context.object.type in SHADED
+
+    def draw(self, context: bpy.types.Context) -> None:
+        header, body = self.layout.panel("true_diffuse")
+        header.label(text=self.bl_label)
+        if body:
+            draw_material(body, context, default_closed=True)
 
 
-class TRUE_DIFFUSE_PT_node(MaterialPanel, bpy.types.Panel):
-    """The active True Diffuse node, else the one of the material's surface"""
+class TRUE_DIFFUSE_PT_node(bpy.types.Panel):
+    """The presets and the accuracy of the active True Diffuse node, else of the material's surface"""
 
+    bl_label = "True Diffuse"
     bl_space_type = "NODE_EDITOR"
     bl_region_type = "UI"
     bl_category = "True Diffuse"
@@ -83,6 +60,9 @@ class TRUE_DIFFUSE_PT_node(MaterialPanel, bpy.types.Panel):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return context.space_data.tree_type == "ShaderNodeTree" and material_of(context) is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        draw_material(self.layout, context)
 
 
 class TRUE_DIFFUSE_PT_scene(bpy.types.Panel):
@@ -98,83 +78,57 @@ class TRUE_DIFFUSE_PT_scene(bpy.types.Panel):
         draw_error(self.layout, context.scene)
 
 
-def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
-    """Draw the whole panel of a material."""
-    from ..material.materials import locked_reason
+def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, default_closed: bool = False) -> None:
+    """Draw the panel of the editor's material; the sections below the presets are closed at first where `default_closed`."""
     from ..material.summary import node_summary
 
-    node = node_of(context)
+    layout.use_property_split, layout.use_property_decorate = True, False
+    material, node = material_of(context), node_of(context)
+    if material is not None and material.override_library is not None:
+        layout.label(text="Library override: its nodes cannot be changed", icon="LIBRARY_DATA_OVERRIDE")
+    elif material is not None and not material.is_editable:
+        layout.label(text="Linked from another file", icon="LINKED")
+    draw_presets(layout, context, node)
     summary = node_summary(node) if node else None
-    if node is None or summary is None:
-        draw_other(layout, context, node)
+    if material is None or summary is None:
         return
-    column = layout.column()
-    column.enabled = node.id_data.is_editable and not locked_reason(material)
-    draw_sockets(column, node)
+
+    def section(key: str, title: str, draw: Callable[[bpy.types.UILayout], None], is_closed: bool = default_closed) -> None:
+        header, body = layout.panel(f"true_diffuse_{key}", default_closed=is_closed)
+        header.label(text=title)
+        if body:
+            draw(body)
+
     if summary.follows_lights:
-        _section(layout, "lights", "Lights", lambda body: draw_lights(body, context.scene))
-    _section(layout, "plot", "Plot", lambda body: draw_plots(body, context, summary))
-    _section(layout, "accuracy", "Accuracy", lambda body: draw_accuracy(body, context.scene, material, summary))
-    _section(layout, "carried", "Not Carried", lambda body: draw_carried(body, context, material))
-    _section(layout, "error", "Error", lambda body: draw_error(body, context.scene))
+        section("lights", "Lights", lambda body: draw_lights(body, context.scene), False)
+    section("plot", "Plot", lambda body: draw_plots(body, context, summary))
+    section("accuracy", "Accuracy", lambda body: draw_accuracy(body, context.scene, material, summary))
+    section("carried", "Not Carried", lambda body: draw_carried(body, context, material))
+    section("error", "Error", lambda body: draw_error(body, context.scene))
 
 
-def _section(layout: bpy.types.UILayout, key: str, title: str, draw: Callable[[bpy.types.UILayout], None]) -> None:
-    """Draw a collapsible section under its `title`."""
-    header, body = layout.panel(f"true_diffuse_{key}")
-    header.label(text=title)
-    if body:
-        draw(body)
+def draw_presets(layout: bpy.types.UILayout, context: bpy.types.Context, node: bpy.types.Node | None) -> None:
+    """Draw what opens the gallery of presets: the picture of the one that `node` has; and what else can be done with the node."""
+    from ..material.apply_preset import preset_of
+    from ..material.summary import node_summary
 
-
-def draw_other(layout: bpy.types.UILayout, context: bpy.types.Context, node: bpy.types.Node | None) -> None:
-    """Draw the panel of a material without one of our groups, or with a group of another version."""
-    if node is not None:
-        layout.label(text=f"{node.node_tree.name} is of another version", icon="ERROR")
-        operator = TRUE_DIFFUSE_OT_upgrade
-    else:
-        layout.label(text="Not a True Diffuse material")
+    is_current = node is not None and node_summary(node) is not None
+    preset = preset_of(node) if is_current else None
+    row = layout.row()
+    card = row.column(align=True)
+    card.ui_units_x = menus.PICTURE_SIZE + 0.5
+    menus.behind_picture(card).popover(menus.TRUE_DIFFUSE_PT_gallery.__name__, text="")
+    card.template_icon(menus.picture(preset) if preset else NO_PICTURE, scale=menus.PICTURE_SIZE)
+    column = row.column()
+    column.popover(menus.TRUE_DIFFUSE_PT_gallery.__name__, text=preset.name if preset else "Presets")
+    if preset:
+        column.label(text=preset.kind)
+    elif node is not None and not is_current:
+        column.label(text="Another version", icon="ERROR")
+        column.operator(TRUE_DIFFUSE_OT_upgrade.bl_idname)
+    elif node is None and material_of(context) is not None:
         operator = TRUE_DIFFUSE_OT_convert_nodes if is_node_editor(context) else TRUE_DIFFUSE_OT_convert
-    layout.operator(operator.bl_idname)
-
-
-def draw_sockets(layout: bpy.types.UILayout, node: bpy.types.Node) -> None:
-    """Draw the node's inputs as the node editor does, in its panels; inputs without effect on the chosen model are dimmed."""
-    from ..nodes import PRINCIPLED
-    from ..nodes.graph import key_and_version
-
-    layout.menu(TRUE_DIFFUSE_MT_apply.__name__)
-    lengths = MILLIMETERS if key_and_version(node)[0] != PRINCIPLED.key else PRINCIPLED_MILLIMETERS
-    items = [item for item in node.node_tree.interface.items_tree if item.item_type == "SOCKET" and item.in_out == "INPUT"]
-    panels = {item.name: item.parent.name for item in items}
-    bodies: dict[str, bpy.types.UILayout | None] = {"": layout}
-    for socket in node.inputs:
-        panel = panels.get(socket.name, "")
-        if panel not in bodies:
-            is_closed = panel != "Diffuse"  # which has Model and its roughness
-            header, bodies[panel] = layout.panel(f"true_diffuse_sockets_{panel.lower()}", default_closed=is_closed)
-            header.label(text=panel)
-        body = bodies[panel]
-        if body is None:
-            continue
-        row = body.column(align=True)
-        row.active = not socket.is_inactive
-        name = socket.name.removeprefix(f"{panel} ")  # as Blender's Principled BSDF has it
-        if socket.name in lengths:
-            name += " [mm]"
-        if socket.is_linked:
-            source = socket.links[0].from_node
-            split = row.split(factor=0.4)
-            label = split.row()
-            label.alignment = "RIGHT"
-            label.label(text=name)
-            split.label(text=source.label or source.name, icon="LINKED")
-        elif socket.name == "Subsurface Radius":
-            row.label(text=name)
-            for index, channel in enumerate(CHANNELS):
-                row.prop(socket, "default_value", index=index, text=channel)
-        elif not socket.hide_value and hasattr(socket, "default_value"):
-            row.prop(socket, "default_value", text=name)
+        column.operator(operator.bl_idname)
 
 
 def draw_plots(layout: bpy.types.UILayout, context: bpy.types.Context, summary: "MaterialSummary") -> None:
@@ -300,6 +254,4 @@ def draw_error(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
     layout.operator(TRUE_DIFFUSE_OT_pick_settings.bl_idname)
 
 
-register, unregister = bpy.utils.register_classes_factory(
-    (TRUE_DIFFUSE_MT_apply, TRUE_DIFFUSE_PT_material, TRUE_DIFFUSE_PT_node, TRUE_DIFFUSE_PT_scene)
-)
+register, unregister = bpy.utils.register_classes_factory((TRUE_DIFFUSE_PT_material, TRUE_DIFFUSE_PT_node, TRUE_DIFFUSE_PT_scene))
