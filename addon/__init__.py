@@ -69,11 +69,11 @@ class glTF2ImportUserExtension:
 def _modules() -> tuple["ModuleType", ...]:
     """Return the modules that register something with Blender, in order."""
     from . import gltf, operators, realtime, ui, usd
-    from .blender import properties
+    from .blender import asset_library, properties
     from .handlers import lights, sharing
     from .ui import preferences
 
-    return preferences, properties, operators, ui, realtime, usd, gltf, lights, sharing
+    return preferences, properties, operators, ui, realtime, usd, gltf, lights, sharing, asset_library
 
 
 def register() -> None:

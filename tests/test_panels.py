@@ -201,9 +201,81 @@ def test_stated_error_of_what_cycles_has_is_none() -> None:
 def test_stated_error_for_chosen_lights_is_none() -> None:
     bpy.context.scene.render.engine = CYCLES.identifier
     quality = "Exact for Chosen Lights"
+    chosen_lights.choose([light("Key")])
     for material in (clay(Quality=quality), shiny(quality, 1.0), shiny(quality, 9.0)):
         assert stated(material) == "Exact for the chosen lights"
     assert stated(shiny("Balanced", 1.0)) == ""
+
+
+def test_quality_for_chosen_lights_without_one_is_not_called_exact() -> None:
+    quality = "Exact for Chosen Lights"
+    for material, message in (
+        (clay(Quality=quality), "No light is chosen: plain diffuse, not Oren-Nayar"),
+        (shiny(quality, 1.0), "No light is chosen: no highlight"),
+    ):
+        layout = drawn(material)
+        assert stated(material) == message and message in " ".join(layout.texts)
+        assert "true_diffuse.use_selected_lights" in layout.offered
+    assert stated(clay(Quality=quality, Model="Lambert")).startswith("Equal to the Lambert formula")  # it follows none
+    chosen = light("Key")
+    chosen_lights.choose([chosen])
+    assert "No light" not in " ".join(drawn(material).texts)
+    bpy.data.objects.remove(chosen)
+    bpy.context.view_layer.update()
+    assert stated(material) == message
+
+
+def test_panel_says_of_chosen_lights_that_they_are_hidden_or_elsewhere() -> None:
+    lights, material = [light(f"Light {k}") for k in range(3)], clay(Quality="Exact for Chosen Lights")
+    chosen_lights.choose(lights)
+    lights[0].hide_render = True
+    lights[1].hide_set(True)
+    bpy.context.scene.collection.objects.unlink(lights[2])
+    texts = drawn(material).texts
+    assert {"Light 0 is hidden in renders", "Light 1 is hidden in the viewport", "Light 2 is not in this scene"} <= set(texts)
+
+
+@pytest.mark.parametrize("chosen", [True, False])
+def test_panel_names_the_lights_that_a_linked_material_follows(tmp_path: Path, chosen: bool) -> None:
+    path = tmp_path / "library.blend"
+    chosen_lights.choose([light("Theirs")] if chosen else [])
+    bpy.data.libraries.write(str(path), {clay(Quality="Exact for Chosen Lights")})
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    chosen_lights.choose([light("Mine")])
+    with bpy.data.libraries.load(str(path), link=True) as (_, wanted):
+        wanted.materials = ["Clay"]
+    layout = drawn(bpy.data.materials["Clay"])
+    texts = " ".join(layout.texts)
+    assert ("Theirs" in texts, "No light is chosen" in texts) == (chosen, not chosen)
+    assert "Mine" not in texts and "Chosen in library.blend" in texts
+    assert not any("toggle_light" in offered for offered in layout.offered)
+
+
+def test_panel_shows_the_lights_of_an_appended_material_whose_group_of_lights_was_edited(tmp_path: Path) -> None:
+    """The edited group stays in the file, but the groups around it are the file's own, and with them the lights."""
+    path = tmp_path / "theirs.blend"
+    theirs = light("Theirs")
+    material = clay(Quality="Exact for Chosen Lights")
+    chosen_lights.choose([theirs])
+    chosen_lights.LIGHTS.ensure().nodes.new("ShaderNodeValue")
+    mesh = bpy.data.meshes.new("Mesh")
+    mesh.materials.append(material)
+    collection = bpy.data.collections.new("All")
+    bpy.context.scene.collection.children.link(collection)
+    for item in (theirs, bpy.data.objects.new("Object", mesh)):
+        collection.objects.link(item)
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    own, mine = clay(Quality="Exact for Chosen Lights"), light("Mine")
+    own.name = "Own"
+    chosen_lights.choose([mine])
+    assert bpy.ops.wm.append(directory=str(path / "Collection"), filename="All") == {"FINISHED"}
+    assert len(chosen_lights.LIGHTS.trees()) == 2
+    for shown in (own, bpy.data.materials["Clay"]):
+        assert material_summary(shown).lights == (mine,)
+        assert {"true_diffuse.toggle_light Mine chosen", "true_diffuse.toggle_light Theirs"} <= set(drawn(shown).offered)
+    assert bpy.ops.true_diffuse.toggle_light(light="Mine") == {"FINISHED"}
+    assert not any(material_summary(shown).lights for shown in (own, bpy.data.materials["Clay"]))
 
 
 def varying() -> bpy.types.Material:

@@ -40,7 +40,7 @@ from true_diffuse.addon.models.quadrature import NORMAL, gauss_legendre, integra
 from true_diffuse.addon.models.registry import ROUGHNESS, SMOOTH, Glsl, MaterialX
 from true_diffuse.addon.models.terms import Expansion, Light, Number, SingleLightTerms, Terms, float_view, relative_radiance
 from true_diffuse.addon.models.vector import Vector, from_polar
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, chosen_lights
 from true_diffuse.addon.nodes.rough_diffuse import ROUGH
 from true_diffuse.addon.realtime import program
 from true_diffuse.addon.realtime.materials import surface_material
@@ -268,7 +268,6 @@ def test_new_model_has_closures_by_its_expansion(minnaert: ReflectanceModel) -> 
 
 @pytest.mark.render
 def test_new_model_renders(minnaert: ReflectanceModel) -> None:
-    from true_diffuse.addon.nodes import chosen_lights
 
     sphere = sphere_under_sun(64)
     chosen_lights.choose([sphere.sun])
@@ -334,9 +333,9 @@ def test_panel_states_the_error_of_the_new_model(minnaert: ReflectanceModel) -> 
     mean = 2.0 / (2.0 + k)
     expected = math.sqrt(1.0 - 2.0 * mean * (3.0 + 2.0 * k) / (3.0 + k) + mean**2 * (3.0 + 2.0 * k) / 3.0)
     assert f"{100.0 * expected:.2g} %" in words and "Minnaert" in words
-    assert stated_error(material_summary(clay(Quality="Exact for Chosen Lights")), bpy.context.scene).startswith(
-        "Exact for the chosen"
-    )
+    chosen = clay(Quality="Exact for Chosen Lights")
+    chosen_lights.choose([bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))])
+    assert stated_error(material_summary(chosen), bpy.context.scene).startswith("Exact for the chosen")
 
 
 def test_model_is_not_registered_twice(minnaert: ReflectanceModel) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The extension as Blender knows it: its name among the add-ons, and its preferences."""
+"""The extension as Blender knows it: its name among the add-ons, whether it is installed as one, and its preferences."""
 
 import tomllib
 from functools import cache
@@ -9,7 +9,7 @@ import bpy
 
 MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
 PACKAGE = (__package__ or "").removesuffix(".addon.blender")  # bl_ext.REPOSITORY.true_diffuse; true_diffuse in a checkout
-ASSET_FILE = "true_diffuse.blend"  # of the asset library
+IS_INSTALLED = PACKAGE.startswith("bl_ext.")
 
 
 def preferences() -> bpy.types.AddonPreferences | None:

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The asset library: a material of each preset and the node groups, with pictures, in Blender's Asset Browser.
+"""The asset library: a material of each preset and of each node group, with pictures, in Blender's Asset Browser.
+
+The groups themselves are no assets: Blender would list them in the Shader Editor's Add menu beside ours, and its search twice.
 
 Another Blender builds it from code when the user asks for it: the open file does not change, the shaders are those of this Blender,
 and the package need not contain the library.
@@ -12,14 +14,13 @@ from pathlib import Path
 
 import bpy
 
+from ..blender.asset_library import CATALOG_FILE, FILE, NAME, add_entry, remove_entry
 from ..blender.engines import another_blender
-from ..blender.extension import ASSET_FILE, PACKAGE
 from ..nodes import GROUPS
+from . import materials
 from .apply_preset import create_material
 from .presets import PRESETS, picture
 
-NAME = "True Diffuse"
-CATALOG_FILE = "blender_assets.cats.txt"
 SECONDS = 300  # for another Blender to start and write; it takes some 5
 # Assets refer to their catalog by UUID: never to change. The first is the parent of the others
 CATALOG = "edf3a7c9-4aa3-4d11-9d10-74f0a2fe9b18"
@@ -27,7 +28,7 @@ CATALOGS = {
     "Matte": "177c47a7-8a42-4e5f-bb5e-2f5b6d8cc6fb",
     "Skin": "09d77d29-734a-4949-b55a-76ca822f8e76",
     "Translucent": "ace95597-95d6-476c-8e30-ea2a78c85a2e",
-    "Node Groups": "8aa8c868-2b93-4bbc-a0ed-aaa255793197",
+    "Basic": "8aa8c868-2b93-4bbc-a0ed-aaa255793197",
 }
 WORKER = """
 import importlib.util, sys
@@ -46,37 +47,22 @@ class AssetError(Exception):
     """The library cannot be written; the message is one line for the user."""
 
 
-def folder() -> Path:
-    """Return the folder for the library, in the user's own; raises ValueError in a checkout, which has none."""
-    return Path(bpy.utils.extension_path_user(PACKAGE, path="assets"))
-
-
-def registered(folder: Path) -> bpy.types.UserAssetLibrary | None:
-    """Return the entry of the library at `folder` among the user's asset libraries, None where there is none."""
-    libraries = bpy.context.preferences.filepaths.asset_libraries
-    return next((library for library in libraries if library.path and Path(library.path) == folder), None)
-
-
 def add(folder: Path) -> None:
-    """Write the library to `folder`, replacing an older one, and register it; raises AssetError where that fails."""
+    """Write the library to `folder`, replacing an older one, and add its entry; raises AssetError where that fails."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".new_", dir=folder) as new:
             _write_in_another_blender(Path(new))
-            for name in (ASSET_FILE, CATALOG_FILE):
+            for name in (FILE, CATALOG_FILE):
                 (Path(new) / name).replace(folder / name)
     except OSError as error:
         raise AssetError(f"Cannot write to {folder}: {error.strerror}") from error
-    if registered(folder) is None:
-        library = bpy.context.preferences.filepaths.asset_libraries.new(name=NAME, directory=str(folder))
-        library.import_method = "APPEND"  # linked materials could not be edited
+    add_entry(folder)
 
 
 def remove(folder: Path) -> None:
     """Remove the library at `folder` and its entry; materials in use stay in their files."""
-    library = registered(folder)
-    if library:
-        bpy.context.preferences.filepaths.asset_libraries.remove(library)
+    remove_entry(folder)
     shutil.rmtree(folder, ignore_errors=True)
 
 
@@ -95,27 +81,25 @@ def _write_in_another_blender(folder: Path) -> None:
 
 def write(folder: Path) -> None:
     """Write the library's files to `folder`; the open file gets all assets, so call this in an empty one."""
-    blocks: set[bpy.types.ID] = set()
+    made: set[bpy.types.ID] = set()
     for preset in PRESETS.values():
-        material = create_material(preset)
-        tags = (preset.kind, preset.group.label)
-        blocks.add(_mark(material, preset.kind, preset.description, tags, preset.picture))
+        made.add(_mark(create_material(preset), preset.kind, preset.description, preset.group.label, preset.picture))
     for group in GROUPS:
-        blocks.add(_mark(group.ensure(), "Node Groups", group.description, ("Shader",), picture(group.key)))
-    bpy.data.libraries.write(str(folder / ASSET_FILE), blocks, compress=True)
+        made.add(_mark(materials.create(group.label, group), "Basic", group.description, group.label, picture(group.key)))
+    bpy.data.libraries.write(str(folder / FILE), made, compress=True)
     lines = ["VERSION 1", f"{CATALOG}:{NAME}:{NAME}"]
     lines += [f"{uuid}:{NAME}/{name}:{NAME}-{name}" for name, uuid in CATALOGS.items()]
     (folder / CATALOG_FILE).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _mark(block: bpy.types.ID, catalog: str, description: str, tags: tuple[str, ...], image: Path) -> bpy.types.ID:
-    """Make `block` an asset; returns it."""
-    block.asset_mark()
-    asset = block.asset_data
+def _mark(material: bpy.types.Material, catalog: str, description: str, group: str, image: Path) -> bpy.types.Material:
+    """Make `material` an asset; returns it."""
+    material.asset_mark()
+    asset = material.asset_data
     asset.catalog_id = CATALOGS[catalog]
     asset.description, asset.author, asset.license = description, "True Diffuse developers", "GPL-3.0-or-later"
-    for tag in (NAME, *tags):
+    for tag in (NAME, catalog, group):
         asset.tags.new(tag, skip_if_exists=True)
-    with bpy.context.temp_override(id=block):
+    with bpy.context.temp_override(id=material):
         bpy.ops.ed.lib_id_load_custom_preview(filepath=str(image))
-    return block
+    return material

@@ -6,7 +6,7 @@ The stated error compares formulas, over all lights and views; `probe/measuremen
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import bpy
 
@@ -19,7 +19,7 @@ from ..closures.lobes import Rendered
 from ..closures.quality import CHOSEN_LIGHTS, EEVEE_LOBES
 from ..models import Model, ReflectanceModel, Specular, by_label
 from ..models.registry import CyclesClosures, Osl
-from ..nodes import GROUPS, PRINCIPLED, SPECULAR_GROUP, SUBSURFACE
+from ..nodes import GROUPS, PRINCIPLED, SPECULAR_GROUP, SUBSURFACE, chosen_lights
 from ..nodes.graph import COLOR, key_and_version
 from ..nodes.model_nodes import ROUGHNESS, SOCKETS
 from ..nodes.principled import BASE_COLOR, DIFFUSE_ROUGHNESS, METALLIC, SUBSURFACE_WEIGHT, TRANSMISSION
@@ -41,6 +41,8 @@ class MaterialSummary(GroupInputs):
     linked: frozenset[str]
     has_osl: bool
     """Whether the group was built by a Blender that compiles OSL, and so switches to it."""
+    lights: tuple[bpy.types.Object, ...] = field(default=(), compare=False)
+    """The chosen lights that the closures follow, if they do."""
 
     @property
     def label(self) -> str:
@@ -133,7 +135,11 @@ def node_summary(node: bpy.types.Node) -> MaterialSummary | None:
     linked = frozenset(socket.name for socket in sockets if socket.is_linked)
     inner = (node.node_tree for node in node.node_tree.nodes if node.type == "GROUP")
     trees = [node.node_tree, *inner]  # Subsurface holds Rough Diffuse
-    return MaterialSummary(group.key, inputs, linked, any(inner.type == "SCRIPT" for tree in trees for inner in tree.nodes))
+    has_osl = any(inner.type == "SCRIPT" for tree in trees for inner in tree.nodes)
+    summary = MaterialSummary(group.key, inputs, linked, has_osl)
+    if not summary.follows_lights:
+        return summary
+    return replace(summary, lights=tuple(chosen_lights.lights_of(chosen_lights.tree_inside(node.node_tree))))
 
 
 def engine_of(scene: bpy.types.Scene) -> Engine | None:
@@ -152,6 +158,8 @@ def stated_error(summary: MaterialSummary, scene: bpy.types.Scene) -> str:
             return ""
         return "Rough part: exact under every light" if is_part else "Exact under every light"
     if summary.follows_lights:
+        if not summary.lights:
+            return f"No light is chosen: {without_lights(summary)}"
         if engine is EEVEE and summary.linked & {"Specular", "Exponent"}:
             return ""  # the highlight may be cut off somewhere
         cut_off = f", cut off at {BRIGHTEST_IN_EEVEE:g} times white" if engine is EEVEE and summary.is_cut_off else ""
@@ -171,6 +179,11 @@ def stated_error(summary: MaterialSummary, scene: bpy.types.Scene) -> str:
     else:
         message = f"differs {100.0 * error:.2g} % (RMS) from the {model.label} formula in {engine.label}"
     return f"Rough part: {message}" if is_part else f"{message[0].upper()}{message[1:]}"
+
+
+def without_lights(summary: MaterialSummary) -> str:
+    """Return a message: what closures that follow the chosen lights are where there is none."""
+    return "no highlight" if summary.group == SPECULAR_GROUP.key else f"plain diffuse, not {summary.label}"
 
 
 def mapped_error(summary: MaterialSummary, material: bpy.types.Material, scene: bpy.types.Scene) -> str:

@@ -81,6 +81,17 @@ def outdated() -> Iterator[OldNode]:
                 yield OldNode(owner, tree, node, groups[key])
 
 
+def is_outdated() -> bool:
+    """Return whether the file has an `outdated` node; quick where it holds no group of another version."""
+    versions = {group.key: str(group.version) for group in GROUPS}
+
+    def is_old(tree: bpy.types.NodeTree) -> bool:
+        key, _, version = str(tree.get(GROUP_ID, "")).partition("/")
+        return key in versions and (version != versions[key] or SPECIALIZED_FOR in tree)
+
+    return any(map(is_old, bpy.data.node_groups)) and any(outdated())
+
+
 def upgrade() -> Report:
     """Give the `outdated` nodes the groups of this True Diffuse; returns what was done."""
     report = Report()
@@ -148,8 +159,7 @@ def _keep_chosen_lights() -> None:
     if chosen_lights.chosen():
         return
     for tree in bpy.data.node_groups:
-        if str(tree.get(GROUP_ID, "")).partition("/")[0] in LIGHTS_KEYS and tree.library is None:
-            lights = [light for light in chosen_lights.slots_of(tree) if light is not None]
-            if lights:
-                chosen_lights.choose(lights)
-                return
+        is_lights = str(tree.get(GROUP_ID, "")).partition("/")[0] in LIGHTS_KEYS and tree.library is None
+        if is_lights and (lights := chosen_lights.lights_of(tree)):
+            chosen_lights.choose(lights)
+            return

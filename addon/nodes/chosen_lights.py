@@ -92,23 +92,24 @@ def weighted_mean(
     return graph.switch(vectors[COUNT], closures)
 
 
-def slots() -> list[bpy.types.Object | None]:
-    """Return the light object of each slot, None where the slot is empty or its light has been deleted."""
-    tree = next(iter(LIGHTS.trees()), None)
-    return slots_of(tree) if tree else [None] * SLOTS
+def tree_inside(group: bpy.types.NodeTree) -> bpy.types.ShaderNodeTree | None:
+    """Return the tree whose lights a node that holds `group` follows: the file's own or, of a linked group, its file's."""
+    trees = (*LIGHTS.trees(), *LIGHTS.trees(linked=True))
+    return next((tree for tree in trees if group.contains_tree(tree)), None)
 
 
-def slots_of(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.Object | None]:
-    """Return the `slots` of one tree of the group."""
-    if tree.animation_data is None:
-        return [None] * SLOTS
+def lights_of(tree: bpy.types.ShaderNodeTree | None) -> list[bpy.types.Object]:
+    """Return the lights that a tree of the group follows, in the order of their slots, without those that are deleted."""
+    if tree is None or tree.animation_data is None:
+        return []
     followed = {}  # the light that a node's driver reads, by the node
     for curve in tree.animation_data.drivers:
         for target in (target for variable in curve.driver.variables for target in variable.targets):
             if target.data_path == "hide_render":
                 followed[curve.data_path.split('"')[1]] = target.id
     end = next(node for node in tree.nodes if node.bl_idname == "NodeGroupOutput")
-    return [_light_upstream(followed, end.inputs[f"E {slot + 1}"]) for slot in range(SLOTS)]
+    lights = (_light_upstream(followed, end.inputs[f"E {slot + 1}"]) for slot in range(SLOTS))
+    return [light for light in lights if light is not None]
 
 
 def _light_upstream(followed: dict[str, bpy.types.Object], socket: bpy.types.NodeSocket) -> bpy.types.Object | None:
@@ -133,8 +134,8 @@ def choose(lights: Sequence[bpy.types.Object]) -> None:
 
 
 def chosen() -> list[bpy.types.Object]:
-    """Return the chosen lights in the order of their slots, without those that are deleted."""
-    return [light for light in slots() if light is not None]
+    """Return the chosen lights, which all of the file's own materials follow, in the order of their slots."""
+    return lights_of(next(iter(LIGHTS.trees()), None))
 
 
 @contextmanager

@@ -70,7 +70,11 @@ class TRUE_DIFFUSE_OT_add_group(AddNode):
         return _groups()[properties.key].description
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        return self.add(context, _groups()[self.key], {})
+        group = _groups()[self.key]
+        result = self.add(context, group, {})
+        if result == {"FINISHED"}:
+            self.report({"INFO"}, f"Added {group.label}")
+        return result
 
 
 CLASSES = (TRUE_DIFFUSE_OT_add_group,)

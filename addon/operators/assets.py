@@ -3,7 +3,8 @@
 
 import bpy
 
-from ..blender.extension import PACKAGE
+from ..blender import asset_library
+from ..blender.extension import IS_INSTALLED
 from .base import Operator
 
 
@@ -14,14 +15,14 @@ class ChangeAssets(Operator):
 
     @classmethod
     def obstacle(cls, _context: bpy.types.Context) -> str:
-        return "" if PACKAGE.startswith("bl_ext.") else "Install True Diffuse as an extension"
+        return "" if IS_INSTALLED else "Install True Diffuse as an extension"
 
 
 class TRUE_DIFFUSE_OT_add_assets(ChangeAssets):
-    """Write a library of True Diffuse materials and node groups for the Asset Browser; takes some seconds"""
+    """Write a library of True Diffuse materials for the Asset Browser; takes some seconds"""
 
     bl_idname = "true_diffuse.add_assets"
-    bl_label = "Add Asset Library"
+    bl_label = "Add True Diffuse Asset Library"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         from ..material import assets
@@ -29,13 +30,14 @@ class TRUE_DIFFUSE_OT_add_assets(ChangeAssets):
         if context.window:
             context.window.cursor_set("WAIT")
         try:
-            assets.add(assets.folder())
+            assets.add(asset_library.folder())
         except assets.AssetError as error:
             return self.cancel_with(error)
         finally:
             if context.window:
                 context.window.cursor_set("DEFAULT")
-        self.report({"INFO"}, f"The library {assets.NAME} is in the Asset Browser")
+        count = len(assets.PRESETS) + len(assets.GROUPS)
+        self.report({"INFO"}, f"The library {asset_library.NAME} is in the Asset Browser: {count} materials")
         return {"FINISHED"}
 
 
@@ -43,12 +45,13 @@ class TRUE_DIFFUSE_OT_remove_assets(ChangeAssets):
     """Delete the library of True Diffuse materials; files that use its materials keep them"""
 
     bl_idname = "true_diffuse.remove_assets"
-    bl_label = "Remove Asset Library"
+    bl_label = "Remove True Diffuse Asset Library"
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
         from ..material import assets
 
-        assets.remove(assets.folder())
+        assets.remove(asset_library.folder())
+        self.report({"INFO"}, f"Removed the library {asset_library.NAME} from the Asset Browser")
         return {"FINISHED"}
 
 

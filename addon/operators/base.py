@@ -5,6 +5,25 @@ from collections.abc import Sequence
 
 import bpy
 
+MOST_NAMES = 4  # of a list in the status bar
+
+
+def counted(number: int, noun: str) -> str:
+    """Return `number` and its `noun`, which gets an s unless there is one of it: "1 material", "2 materials"."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return `names` in one line; of more than MOST_NAMES the first, and how many more there are."""
+    if len(names) <= MOST_NAMES:
+        return ", ".join(names)
+    return f"{', '.join(names[: MOST_NAMES - 1])} and {len(names) - MOST_NAMES + 1} more"
+
+
+def counted_names(names: Sequence[str], noun: str) -> str:
+    """Return how many of `noun` there are, and their `names`: "3 materials: Skin, Shirt, Boots"; "no material" of none."""
+    return f"{counted(len(names), noun)}: {listed(names)}" if names else f"no {noun}"
+
 
 class Operator(bpy.types.Operator):
     """An operator with an undo step, which is available where it has no `obstacle`."""
@@ -39,4 +58,4 @@ class Operator(bpy.types.Operator):
     def report_linked(self, names: Sequence[str]) -> None:
         """Warn of data-blocks that did not change because other files own them."""
         if names:
-            self.report({"WARNING"}, f"Linked from other files and not changed: {', '.join(names)}")
+            self.report({"WARNING"}, f"Linked from other files and not changed: {listed(names)}")

@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from .base import Operator
+from .base import Operator, counted_names
 from .context import editor_obstacle, is_node_editor, is_properties_editor, scene_obstacle
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ..material.convert import Report
 
 
@@ -34,12 +36,13 @@ class ConvertOperator(Operator):
         name="Quality", description="Quality of the Rough Diffuse groups", items=_items
     )
 
-    def report_conversion(self, report: "Report") -> set[str]:
-        """Report what was converted; returns what `execute` returns."""
-        names = report.converted
-        converted = f"Converted {names[0] if len(names) == 1 else f'{len(names) or "no"} materials'}"
-        self.report_with_notes("; ".join([converted, *report.settings]), report.lines)
-        return {"FINISHED"} if names or report.settings else {"CANCELLED"}
+    def report_conversion(self, report: "Report", unchanged: str) -> set[str]:
+        """Report what was converted, or `unchanged` where there was nothing to do; returns what `execute` returns."""
+        is_changed = bool(report.converted or report.settings)
+        converted = f"Converted {counted_names(report.converted, 'material')}"
+        message = "; ".join([converted, *report.settings]) if is_changed or report.lines else unchanged
+        self.report_with_notes(message, report.lines)
+        return {"FINISHED"} if is_changed else {"CANCELLED"}
 
 
 class TRUE_DIFFUSE_OT_convert(ConvertOperator):
@@ -55,8 +58,8 @@ class TRUE_DIFFUSE_OT_convert(ConvertOperator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         from ..material import convert
 
-        meter = context.scene.unit_settings.scale_length
-        return self.report_conversion(convert.convert_materials(_materials(context), meter, self.quality))
+        materials, meter = _materials(context), context.scene.unit_settings.scale_length
+        return self.report_conversion(convert.convert_materials(materials, meter, self.quality), _unchanged(materials))
 
 
 class TRUE_DIFFUSE_OT_convert_nodes(ConvertOperator):
@@ -80,7 +83,7 @@ class TRUE_DIFFUSE_OT_convert_nodes(ConvertOperator):
         count, lines = convert.convert_nodes(tree, _selected(tree), context.scene.unit_settings.scale_length, self.quality)
         if count:
             set_thickness(material)
-        return self.report_conversion(convert.Report([material.name] if count else [], lines=lines))
+        return self.report_conversion(convert.Report([material.name] if count else [], lines=lines), "Nothing was converted")
 
 
 class TRUE_DIFFUSE_OT_revert(Operator):
@@ -101,9 +104,8 @@ class TRUE_DIFFUSE_OT_revert(Operator):
         from ..material import revert
 
         report = revert.revert_materials(_materials(context), context.scene.unit_settings.scale_length)
-        names = report.reverted
-        self.report_with_notes(f"Reverted {names[0] if len(names) == 1 else f'{len(names) or "no"} materials'}", report.lines)
-        return {"FINISHED"} if names else {"CANCELLED"}
+        self.report_with_notes(f"Reverted {counted_names(report.reverted, 'material')}", report.lines)
+        return {"FINISHED"} if report.reverted else {"CANCELLED"}
 
 
 class TRUE_DIFFUSE_OT_match_engines(ConvertOperator):
@@ -123,18 +125,28 @@ class TRUE_DIFFUSE_OT_match_engines(ConvertOperator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         from ..material import convert
 
-        return self.report_conversion(convert.match_engines(context.scene, self.quality))
+        return self.report_conversion(convert.match_engines(context.scene, self.quality), "EEVEE is set up like Cycles already")
 
 
 def _materials(context: bpy.types.Context) -> list[bpy.types.Material]:
     """Return the material of the Properties or Shader Editor, in other editors the materials of the selected objects."""
-    if is_node_editor(context) and isinstance(context.space_data.id, bpy.types.Material):
-        return [context.space_data.id]
+    if is_node_editor(context):
+        return [context.space_data.id] if isinstance(context.space_data.id, bpy.types.Material) else []
     if is_properties_editor(context):
         material = getattr(context, "material", None)
         return [material] if material else []
     slots = (slot for item in context.selected_objects for slot in item.material_slots)
     return list(dict.fromkeys(slot.material for slot in slots if slot.material))
+
+
+def _unchanged(materials: "Sequence[bpy.types.Material]") -> str:
+    """Return why none of `materials` was converted, as a message."""
+    from ..material.revert import nodes_of
+
+    others = [material.name for material in materials if not nodes_of(material)]
+    if not others:
+        return "Already True Diffuse"
+    return f"No Diffuse, Principled or Subsurface Scattering BSDF is used in {counted_names(others, 'material')}"
 
 
 def _selected(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.Node]:

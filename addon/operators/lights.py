@@ -3,7 +3,7 @@
 
 import bpy
 
-from .base import Operator
+from .base import Operator, counted_names
 
 
 class TRUE_DIFFUSE_OT_use_selected_lights(Operator):
@@ -26,7 +26,7 @@ class TRUE_DIFFUSE_OT_use_selected_lights(Operator):
 
         lights = _lights(context)
         chosen_lights.choose(lights)
-        self.report({"INFO"}, f"Chosen lights: {', '.join(light.name for light in lights)}")
+        self.report({"INFO"}, f"Chose {counted_names([light.name for light in lights], 'light')}")
         if chosen_lights.LIGHTS.trees(linked=True):
             self.report({"WARNING"}, "Materials linked from other files keep the lights chosen there")
         return {"FINISHED"}
@@ -47,13 +47,16 @@ class TRUE_DIFFUSE_OT_toggle_light(Operator):
         if light is None or light.type != "LIGHT":
             return self.cancel_with(f"The scene has no light {self.light}")
         chosen = chosen_lights.chosen()
-        if light in chosen:
+        is_added = light not in chosen
+        if not is_added:
             chosen.remove(light)
         elif len(chosen) < chosen_lights.SLOTS:
             chosen.append(light)
         else:
             return self.cancel_with(f"At most {chosen_lights.SLOTS} lights can be chosen: remove another first")
         chosen_lights.choose(chosen)
+        now = f"chosen now: {', '.join(item.name for item in chosen)}" if chosen else "no light is chosen now"
+        self.report({"INFO"}, f"{'Added' if is_added else 'Removed'} {light.name}; {now}")
         return {"FINISHED"}
 
 

@@ -3,7 +3,7 @@
 
 import bpy
 
-from .base import Operator
+from .base import Operator, listed
 
 
 class TRUE_DIFFUSE_OT_upgrade(Operator):
@@ -12,12 +12,18 @@ class TRUE_DIFFUSE_OT_upgrade(Operator):
     bl_idname = "true_diffuse.upgrade"
     bl_label = "Upgrade Groups"
 
+    @classmethod
+    def obstacle(cls, _context: bpy.types.Context) -> str:
+        from ..material.upgrade import is_outdated
+
+        return "" if is_outdated() else "All groups are of this version"
+
     def execute(self, _context: bpy.types.Context) -> set[str]:
         from ..material import upgrade
 
         report = upgrade.upgrade()
         names = report.upgraded
-        self.report_with_notes(f"Upgraded {', '.join(names)}" if names else "No group was upgraded", report.lines)
+        self.report_with_notes(f"Upgraded the groups of {listed(names)}" if names else "Upgraded no group", report.lines)
         return {"FINISHED"} if names else {"CANCELLED"}
 
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Menus: Shader Editor > Add > True Diffuse, and 3D Viewport > Object > True Diffuse."""
+"""Menus named True Diffuse: 3D Viewport > Object, Shader Editor > Add and Node; and entries in other menus of Blender.
+
+Blender's menu search (F3) finds only what stands in the menus of editors, so whatever an artist may search for does.
+"""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -8,6 +11,7 @@ import bpy
 import bpy.utils.previews
 
 from ..operators.add import TRUE_DIFFUSE_OT_add_group
+from ..operators.assets import TRUE_DIFFUSE_OT_add_assets
 from ..operators.context import is_node_editor, material_of, node_of
 from ..operators.convert import (
     TRUE_DIFFUSE_OT_convert,
@@ -15,7 +19,9 @@ from ..operators.convert import (
     TRUE_DIFFUSE_OT_match_engines,
     TRUE_DIFFUSE_OT_revert,
 )
+from ..operators.exports import TRUE_DIFFUSE_OT_check_exports
 from ..operators.lights import TRUE_DIFFUSE_OT_use_selected_lights
+from ..operators.measure import TRUE_DIFFUSE_OT_measure
 from ..operators.presets import TRUE_DIFFUSE_OT_add_preset, TRUE_DIFFUSE_OT_apply_preset, TRUE_DIFFUSE_OT_assign_preset
 from ..operators.scene import TRUE_DIFFUSE_OT_build_comparison
 from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
@@ -109,16 +115,23 @@ class TRUE_DIFFUSE_MT_object(bpy.types.Menu):
 
     def draw(self, context: bpy.types.Context) -> None:
         draw_common(self.layout)
-        self.layout.separator()
-        for operator in (
-            TRUE_DIFFUSE_OT_convert,
-            TRUE_DIFFUSE_OT_revert,
-            TRUE_DIFFUSE_OT_match_engines,
-            TRUE_DIFFUSE_OT_build_comparison,
+        for operators in (
+            (TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_revert, TRUE_DIFFUSE_OT_upgrade),
+            (TRUE_DIFFUSE_OT_use_selected_lights, TRUE_DIFFUSE_OT_match_engines, TRUE_DIFFUSE_OT_build_comparison),
+            (TRUE_DIFFUSE_OT_measure, TRUE_DIFFUSE_OT_check_exports),
+            (TRUE_DIFFUSE_OT_add_assets,),
         ):
-            self.layout.operator(operator.bl_idname)
-        self.layout.separator()
-        self.layout.operator(TRUE_DIFFUSE_OT_upgrade.bl_idname)
+            draw_operators(self.layout, *operators)
+
+
+class TRUE_DIFFUSE_MT_node(bpy.types.Menu):
+    """What to do with the material of the Shader Editor"""
+
+    bl_label = "True Diffuse"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        draw_operators(self.layout, TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_revert, TRUE_DIFFUSE_OT_upgrade)
+        draw_operators(self.layout, TRUE_DIFFUSE_OT_use_selected_lights, TRUE_DIFFUSE_OT_measure, TRUE_DIFFUSE_OT_check_exports)
 
 
 def draw_pictures(layout: bpy.types.UILayout, presets: "Sequence[Preset]", operator: type[bpy.types.Operator]) -> None:
@@ -160,19 +173,39 @@ def picture(preset: "Preset") -> int:
 
 
 def draw_common(layout: bpy.types.UILayout) -> None:
-    """Draw the entries of both menus."""
+    """Draw the presets, which all menus have."""
     for menu in PRESET_MENUS:
         layout.menu(menu.__name__)
+
+
+def draw_operators(layout: bpy.types.UILayout, *operators: type[bpy.types.Operator]) -> None:
+    """Draw entries below a line."""
     layout.separator()
-    layout.operator(TRUE_DIFFUSE_OT_use_selected_lights.bl_idname)
+    for operator in operators:
+        layout.operator(operator.bl_idname)
 
 
 def draw_add_menu(self: bpy.types.Menu, context: bpy.types.Context) -> None:
     """Draw the entry at the end of the Shader Editor's Add menu."""
+    _draw_menu(self.layout, context, TRUE_DIFFUSE_MT_add)
+
+
+def draw_node_menu(self: bpy.types.Menu, context: bpy.types.Context) -> None:
+    """Draw the entry at the end of the Shader Editor's Node menu."""
+    _draw_menu(self.layout, context, TRUE_DIFFUSE_MT_node)
+
+
+def _draw_menu(layout: bpy.types.UILayout, context: bpy.types.Context, menu: type[bpy.types.Menu]) -> None:
+    """Draw the entry of a menu for materials, and none where the editor shows the nodes of a light or a world."""
     space = context.space_data
-    if space.tree_type == "ShaderNodeTree" and (space.id is None or isinstance(space.id, (bpy.types.Material, bpy.types.Light))):
-        self.layout.separator()
-        self.layout.menu(TRUE_DIFFUSE_MT_add.__name__)
+    if space.tree_type == "ShaderNodeTree" and isinstance(space.id, (bpy.types.Material, type(None))):
+        layout.separator()
+        layout.menu(menu.__name__)
+
+
+def draw_library_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    """Draw the entry at the end of the Asset Browser's Library menu."""
+    draw_operators(self.layout, TRUE_DIFFUSE_OT_add_assets)
 
 
 def draw_object_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
@@ -202,13 +235,15 @@ def draw_convert_nodes(self: bpy.types.Menu, context: bpy.types.Context) -> None
 # Blender's menus, and the function that draws our entry at their end
 ENTRIES = (
     ("NODE_MT_add", draw_add_menu),
+    ("NODE_MT_node", draw_node_menu),
+    ("ASSETBROWSER_MT_library", draw_library_menu),
     ("VIEW3D_MT_object", draw_object_menu),
     ("VIEW3D_MT_object_context_menu", draw_convert),
     ("MATERIAL_MT_context_menu", draw_convert),
     ("NODE_MT_context_menu", draw_convert_nodes),
 )
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
-    (*PRESET_MENUS, TRUE_DIFFUSE_PT_gallery, TRUE_DIFFUSE_MT_add, TRUE_DIFFUSE_MT_object)
+    (*PRESET_MENUS, TRUE_DIFFUSE_PT_gallery, TRUE_DIFFUSE_MT_add, TRUE_DIFFUSE_MT_node, TRUE_DIFFUSE_MT_object)
 )
 
 

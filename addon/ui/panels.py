@@ -100,7 +100,7 @@ def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, defaul
             draw(body)
 
     if summary.follows_lights:
-        section("lights", "Lights", lambda body: draw_lights(body, context.scene), False)
+        section("lights", "Lights", lambda body: draw_lights(body, context, node, summary), False)
     section("plot", "Plot", lambda body: draw_plots(body, context, summary))
     section("accuracy", "Accuracy", lambda body: draw_accuracy(body, context.scene, material, summary))
     section("carried", "Not Carried", lambda body: draw_carried(body, context, material))
@@ -226,15 +226,22 @@ def _draw_losses(layout: bpy.types.UILayout, target: str, lines: Sequence[str] |
         _caption(layout, *textwrap.wrap(line, LINE_LENGTH))
 
 
-def draw_lights(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
-    """Draw a list of the scene's lights to choose from."""
+def draw_lights(layout: bpy.types.UILayout, context: bpy.types.Context, node: bpy.types.Node, summary: "MaterialSummary") -> None:
+    """Draw the lights that the node follows among those of the scene, to choose from; of a linked node just what it follows."""
+    from ..material.summary import without_lights
     from ..nodes import chosen_lights
 
-    chosen = chosen_lights.chosen()
-    lights = [item for item in scene.objects if item.type == "LIGHT"]
-    layout.label(text=f"{len(chosen)} of up to {chosen_lights.SLOTS} chosen" if lights else "The scene has no light")
+    chosen, lights = summary.lights, [item for item in context.scene.objects if item.type == "LIGHT"]
+    tree = chosen_lights.tree_inside(node.node_tree)
+    is_linked = tree is not None and tree.library is not None
+    if not chosen:
+        first, *rest = textwrap.wrap(f"No light is chosen: {without_lights(summary)}", LINE_LENGTH)
+        layout.label(text=first, icon="ERROR")
+        _caption(layout, *rest)
+    elif not is_linked:
+        layout.label(text=f"{len(chosen)} of up to {chosen_lights.SLOTS} chosen")
     column = layout.column(align=True)
-    for light in lights:
+    for light in () if is_linked else lights:
         is_chosen = light in chosen
         row = column.row()
         row.enabled = is_chosen or len(chosen) < chosen_lights.SLOTS
@@ -243,8 +250,17 @@ def draw_lights(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
     for light in chosen:
         if light not in lights:
             column.label(text=f"{light.name} is not in this scene", icon="ERROR")
-    if chosen_lights.LIGHTS.trees(linked=True):
-        layout.label(text="Linked materials keep their lights", icon="LINKED")
+        elif light.hide_render or not light.visible_get():
+            column.label(text=f"{light.name} is hidden in {'renders' if light.hide_render else 'the viewport'}", icon="INFO")
+        elif is_linked:
+            column.label(text=light.name, icon="LIGHT")
+    if is_linked:
+        layout.label(text=f"Chosen in {bpy.path.basename(tree.library.filepath)}", icon="LINKED")
+        return
+    if chosen:
+        _caption(layout, "Other light counts as from these")
+    if not lights:
+        layout.label(text="The scene has no light", icon="INFO")
     layout.operator(TRUE_DIFFUSE_OT_use_selected_lights.bl_idname)
 
 

@@ -3,7 +3,8 @@
 
 import bpy
 
-from ..blender.extension import PACKAGE
+from ..blender import asset_library
+from ..blender.extension import IS_INSTALLED, PACKAGE, website
 from ..operators.assets import TRUE_DIFFUSE_OT_add_assets, TRUE_DIFFUSE_OT_remove_assets
 
 
@@ -19,17 +20,18 @@ class TrueDiffusePreferences(bpy.types.AddonPreferences):
     )
 
     def draw(self, context: bpy.types.Context) -> None:
-        from ..material import assets
-
         layout = self.layout
         layout.use_property_split = True
         layout.prop(self, "report")
         row = layout.row()
-        if PACKAGE.startswith("bl_ext.") and assets.registered(assets.folder()):
-            row.operator(TRUE_DIFFUSE_OT_add_assets.bl_idname, text="Update Asset Library")
-            row.operator(TRUE_DIFFUSE_OT_remove_assets.bl_idname)
+        if IS_INSTALLED and asset_library.entry(asset_library.folder()):
+            row.operator(TRUE_DIFFUSE_OT_add_assets.bl_idname, text="Update Asset Library", icon="FILE_REFRESH")
+            row.operator(TRUE_DIFFUSE_OT_remove_assets.bl_idname, text="Remove Asset Library", icon="TRASH")
         else:
-            row.operator(TRUE_DIFFUSE_OT_add_assets.bl_idname)
+            row.operator(TRUE_DIFFUSE_OT_add_assets.bl_idname, text="Add Asset Library", icon="ASSET_MANAGER")
+        address = website()
+        if address:
+            layout.operator("wm.url_open", text="Manual", icon="HELP").url = address
 
 
 register, unregister = bpy.utils.register_classes_factory((TrueDiffusePreferences,))
