@@ -13,6 +13,7 @@ from mathutils import Matrix, Vector
 from .program import LIGHT_TYPES, MAX_LIGHTS
 
 NO_SPREAD = math.radians(89.99)  # half of an area light's spread from which on its spread cuts nothing off
+SHADOW_LIGHTS = frozenset({"SUN", "SPOT"})  # types of lights that have shadow maps
 LARGEST_TANGENT = 1e15  # in the place of the tangent of 90 degrees
 
 type Triple = tuple[float, float, float]
@@ -74,7 +75,7 @@ def read_light(item: bpy.types.Object, matrix: Matrix) -> Light:
         fade=fade,
         x_axis=tuple(x_axis),
         y_axis=tuple(y_axis),
-        casts_shadow=data.use_shadow and data.type in {"SUN", "SPOT"},
+        casts_shadow=data.use_shadow and data.type in SHADOW_LIGHTS,
     )
 
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The engine's settings in the render properties, and Blender's own panels that it shows."""
+"""The engine's settings in the properties, and Blender's own panels that it shows."""
 
 import textwrap
 from collections.abc import Iterator
+from fnmatch import fnmatchcase
 
 import bpy
 
@@ -10,24 +11,40 @@ from . import not_drawn
 from .engine import IDENTIFIER
 
 GENERIC = "BLENDER_RENDER"  # in COMPAT_ENGINES of panels for any engine
-EXCLUDED = ("freestyle", "DATA_PT_light", "DATA_PT_spot")  # in names: what the engine lacks, or EEVEE's panels show better
-EEVEE_PANELS = {  # of settings that the engine follows
-    "DATA_PT_EEVEE_light",
-    "DATA_PT_EEVEE_light_shadow",
+IGNORED = (  # patterns of generic panels whose settings the engine does not follow, or for which it has panels of its own
+    "DATA_PT_light",
+    "DATA_PT_lightprobe*",
+    "DATA_PT_preview",
+    "DATA_PT_spot",
+    "DATA_PT_volume_render",
+    "OBJECT_PT_shading",  # light linking
+    "PARTICLE_PT_render_path*",
+    "PHYSICS_PT_fluid_domain_render",
+    "RENDER_PT_simplify*",  # also to have Sampling come first, as panels of one order stand as they were registered
+)
+FOLLOWED = {  # panels for EEVEE whose settings the engine follows
     "EEVEE_MATERIAL_PT_context_material",
     "EEVEE_MATERIAL_PT_surface",
     "EEVEE_WORLD_PT_surface",
-    "RENDER_PT_eevee_film",
     "VIEWLAYER_PT_override",
 }
+SHAPES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}  # types of objects that are drawn
+SIMPLIFIED_STROKES = (  # settings of Simplify of Grease Pencil
+    "simplify_gpencil_onplay",
+    "simplify_gpencil_view_fill",
+    "simplify_gpencil_modifier",
+    "simplify_gpencil_shader_fx",
+    "simplify_gpencil_tint",
+    "simplify_gpencil_antialiasing",
+)
+LETTER, MARGINS = 7.0, 70.0  # width of a letter, and of what stands beside a line of text [pixels at Resolution Scale 1]
 
 
-class RenderPanel:
-    """Base of the engine's panels of the Render properties."""
+class EnginePanel:
+    """Base of the engine's panels in the properties."""
 
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
-    bl_context = "render"
     COMPAT_ENGINES = frozenset({IDENTIFIER})
     layout: bpy.types.UILayout
 
@@ -36,37 +53,248 @@ class RenderPanel:
         return context.engine in cls.COMPAT_ENGINES
 
 
-class TRUE_DIFFUSE_PT_sampling(RenderPanel, bpy.types.Panel):
+class TRUE_DIFFUSE_PT_sampling(EnginePanel, bpy.types.Panel):
     """Samples of the realtime engine"""
 
     bl_label = "Sampling"
+    bl_context = "render"
 
     def draw(self, context: bpy.types.Context) -> None:
-        self.layout.use_property_split = True
-        self.layout.use_property_decorate = False
-        column = self.layout.column(align=True)
+        layout = split(self.layout)
+        layout.use_property_decorate = False
+        column = layout.column(align=True)
         column.prop(context.scene.true_diffuse, "viewport_samples", text="Viewport")
         column.prop(context.scene.true_diffuse, "samples", text="Render")
 
 
-class TRUE_DIFFUSE_PT_not_drawn(RenderPanel, bpy.types.Panel):
+class TRUE_DIFFUSE_PT_film(EnginePanel, bpy.types.Panel):
+    """Filter and background of the picture"""
+
+    bl_label = "Film"
+    bl_context = "render"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = split(self.layout).column()
+        column.prop(context.scene.render, "filter_size")
+        column.prop(context.scene.render, "film_transparent", text="Transparent")
+
+
+class TRUE_DIFFUSE_PT_not_drawn(EnginePanel, bpy.types.Panel):
     """What the last picture of the realtime engine lacks, and what it shows instead"""
 
-    bl_label = "Not Drawn"
+    bl_label = "Not Drawn Here"
+    bl_context = "render"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return super().poll(context) and bool(not_drawn.messages(context.scene))
 
     def draw(self, context: bpy.types.Context) -> None:
-        width = max(20, int(context.region.width / (7.0 * context.preferences.system.ui_scale)))  # characters of a line
         for warning in not_drawn.messages(context.scene):
-            column = self.layout.column(align=True)
-            for line in textwrap.wrap(warning, width):
-                column.label(text=line)
+            draw_wrapped(self.layout, context, warning)
 
 
-PANELS = (TRUE_DIFFUSE_PT_sampling, TRUE_DIFFUSE_PT_not_drawn)
+class TRUE_DIFFUSE_PT_simplify(EnginePanel, bpy.types.Panel):
+    """What of Blender's Simplify counts in the realtime engine"""
+
+    bl_label = "Simplify"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.render, "use_simplify", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings, layout = context.scene.render, split(self.layout)
+        layout.active = settings.use_simplify
+        for heading, suffix in (("Viewport", ""), ("Render", "_render")):
+            column = layout.column(align=True)
+            column.prop(settings, f"simplify_subdivision{suffix}", text=f"{heading} Subdivision")
+            column.prop(settings, f"simplify_child_particles{suffix}", text="Child Particles")
+
+
+class TRUE_DIFFUSE_PT_simplify_grease_pencil(EnginePanel, bpy.types.Panel):
+    """What is simplified of Grease Pencil, which Blender draws over the engine's picture"""
+
+    bl_label = "Grease Pencil"
+    bl_context = "render"
+    bl_parent_id = "TRUE_DIFFUSE_PT_simplify"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.render, "simplify_gpencil", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings, layout = context.scene.render, split(self.layout)
+        layout.use_property_decorate = False
+        layout.active = settings.use_simplify and settings.simplify_gpencil
+        column = layout.column()
+        for name in SIMPLIFIED_STROKES:
+            column.prop(settings, name)
+
+
+class TRUE_DIFFUSE_PT_compositor(EnginePanel, bpy.types.Panel):
+    """Where Blender's compositor runs"""
+
+    bl_label = "Compositor"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = split(self.layout)
+        layout.use_property_decorate = False
+        settings = context.scene.render
+        column = layout.column()
+        column.row().prop(settings, "compositor_device", text="Device", expand=True)
+        if settings.compositor_device == "GPU":
+            column.prop(settings, "compositor_precision", text="Precision")
+        column.row().prop(settings, "compositor_denoise_device", text="Denoising", expand=True)
+
+
+class TRUE_DIFFUSE_PT_ray_visibility(EnginePanel, bpy.types.Panel):
+    """Whether the camera sees the object and whether it casts shadows"""
+
+    bl_label = "Ray Visibility"
+    bl_context = "object"
+    bl_parent_id = "OBJECT_PT_visibility"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.object is not None and context.object.type in SHAPES
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = split(self.layout).column()
+        column.prop(context.object, "visible_camera", text="Camera", toggle=False)
+        column.prop(context.object, "visible_shadow", text="Shadow", toggle=False)
+
+
+class LightPanel(EnginePanel):
+    """Base of panels of a light's data."""
+
+    bl_context = "data"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.light is not None
+
+
+class TRUE_DIFFUSE_PT_light(LightPanel, bpy.types.Panel):
+    """The settings of a light that the realtime engine follows"""
+
+    bl_label = "Light"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        from .lights import SHADOW_LIGHTS  # not before it is needed, as enabling must stay quick
+
+        layout, light = self.layout, context.light
+        layout.row().prop(light, "type", expand=True)
+        split(layout)
+        column = layout.column()
+        row = column.row(align=True, heading="Temperature")
+        row.prop(light, "use_temperature", text="")
+        temperature = row.row(align=True)
+        temperature.active = light.use_temperature
+        temperature.prop(light, "temperature", text="")
+        column.prop(light, "color", text="Tint" if light.use_temperature else "Color")
+        layout.separator()
+        column = layout.column()
+        column.prop(light, "energy", text="Strength" if light.type == "SUN" else "Power")
+        column.prop(light, "exposure")
+        column.prop(light, "normalize")
+        layout.separator()
+        draw_light_size(layout.column(), light)
+        casts_shadow = light.type in SHADOW_LIGHTS
+        if casts_shadow:
+            layout.prop(light, "use_shadow", text="Cast Shadow")
+        about = "Shines from its center, with a hard shadow" if casts_shadow else "Shines from its center, without a shadow"
+        draw_wrapped(layout, context, about, "INFO")
+
+
+class TRUE_DIFFUSE_PT_light_beam(LightPanel, bpy.types.Panel):
+    """The cone of a spot, the spread of an area light"""
+
+    bl_label = "Beam Shape"
+    bl_parent_id = "TRUE_DIFFUSE_PT_light"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.light.type in {"SPOT", "AREA"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, light = split(self.layout).column(), context.light
+        if light.type == "AREA":
+            column.prop(light, "spread")
+            return
+        column.prop(light, "spot_size", text="Angle")
+        column.prop(light, "spot_blend", text="Blend", slider=True)
+        column.prop(light, "show_cone")
+
+
+class TRUE_DIFFUSE_PT_material_settings(EnginePanel, bpy.types.Panel):
+    """The settings of a material that the realtime engine follows"""
+
+    bl_label = "Settings"
+    bl_context = "material"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.material is not None and not context.material.grease_pencil
+
+    def draw(self, context: bpy.types.Context) -> None:
+        split(self.layout).prop(context.material, "use_backface_culling")
+
+
+PANELS = (
+    TRUE_DIFFUSE_PT_sampling,
+    TRUE_DIFFUSE_PT_film,
+    TRUE_DIFFUSE_PT_not_drawn,
+    TRUE_DIFFUSE_PT_simplify,
+    TRUE_DIFFUSE_PT_simplify_grease_pencil,
+    TRUE_DIFFUSE_PT_compositor,
+    TRUE_DIFFUSE_PT_ray_visibility,
+    TRUE_DIFFUSE_PT_light,
+    TRUE_DIFFUSE_PT_light_beam,
+    TRUE_DIFFUSE_PT_material_settings,
+)
+
+
+def split(layout: bpy.types.UILayout) -> bpy.types.UILayout:
+    """Return `layout`, which has its labels on the left from here on."""
+    layout.use_property_split = True
+    return layout
+
+
+def draw_wrapped(layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE") -> None:
+    """Draw a text in as many lines as the region needs, with an icon before the first."""
+    letters = int((context.region.width / context.preferences.system.ui_scale - MARGINS) / LETTER)
+    column = layout.column(align=True)
+    for line in textwrap.wrap(text, max(12, letters)):
+        column.label(text=line, icon=icon)
+        icon = "NONE" if icon == "NONE" else "BLANK1"
+
+
+def draw_light_size(column: bpy.types.UILayout, light: bpy.types.Light) -> None:
+    """Draw the light's size, inactive where nothing depends on it: it makes light only where the power is not normalized."""
+    column.active = not light.normalize
+    if light.type == "SUN":
+        column.prop(light, "angle")
+    elif light.type == "AREA":
+        column.prop(light, "shape")
+        sizes = column.column(align=True)
+        has_sides = light.shape in {"RECTANGLE", "ELLIPSE"}
+        sizes.prop(light, "size", text="Size X" if has_sides else "Size")
+        if has_sides:
+            sizes.prop(light, "size_y", text="Y")
+    else:
+        column.prop(light, "shadow_soft_size", text="Radius")
+
+
+def is_shared(panel: type[bpy.types.Panel]) -> bool:
+    """Return whether the engine shows a panel of Blender's."""
+    name = panel.__name__.removeprefix("NODE_")  # the same panel in node editors, which shares COMPAT_ENGINES
+    generic = GENERIC in getattr(panel, "COMPAT_ENGINES", ()) and not any(fnmatchcase(name, pattern) for pattern in IGNORED)
+    return generic or name in FOLLOWED
 
 
 def shared_panels() -> Iterator[type[bpy.types.Panel]]:
@@ -75,8 +303,7 @@ def shared_panels() -> Iterator[type[bpy.types.Panel]]:
     while waiting:
         panel = waiting.pop()
         waiting += panel.__subclasses__()
-        engines, name = getattr(panel, "COMPAT_ENGINES", ()), panel.__name__
-        if name in EEVEE_PANELS or (GENERIC in engines and not any(word in name for word in EXCLUDED)):
+        if is_shared(panel):
             yield panel
 
 
