@@ -154,7 +154,7 @@ def gallery() -> str:
         "# Gallery",
         "",
         "Every material, reflectance model and node that comes with the extension. Materials are in Object > True Diffuse, in the",
-        "panel's presets and in the asset library. Colors are linear, as Blender's color picker shows them under RGB.",
+        "panel's presets and in the asset library. Colors are linear Rec. 709, as in the sockets.",
         "",
     ]
     for kind, title in KINDS.items():
