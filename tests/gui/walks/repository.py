@@ -120,6 +120,11 @@ def add_install_update(address: str, older: str) -> Steps:
     assert installed(repository) == NEWER and module in preferences.addons
     assert preferences.addons[module].preferences.report == "//mine.json"
     picture("updated")
+    preferences.active_section = "ADDONS"
+    manager.addon_search = "True Diffuse"
+    bpy.ops.preferences.addon_expand(module=module)
+    yield 2.0
+    picture("preferences")
 
 
 def read_the_manual() -> Steps:
