@@ -11,6 +11,7 @@ import bpy
 import pytest
 from bl_operators.wm import WM_OT_doc_view_manual
 
+from true_diffuse.addon.blender.id_properties import GROUP_ID
 from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.measure.render import openimageio
 from true_diffuse.addon.models import MODELS
@@ -186,7 +187,8 @@ def test_online_manual_leads_from_operators_and_settings_to_the_site(what: str, 
 def test_online_manual_leads_from_our_nodes_to_their_pages_alone(group: Group) -> None:
     tree = bpy.data.materials.new("Chalk").node_tree
     ours, other = tree.nodes.new("ShaderNodeGroup"), tree.nodes.new("ShaderNodeGroup")
-    ours.node_tree, other.node_tree = group.ensure(), bpy.data.node_groups.new("Other", "ShaderNodeTree")
+    ours.node_tree, other.node_tree = (bpy.data.node_groups.new(name, "ShaderNodeTree") for name in (group.name, "Other"))
+    ours.node_tree[GROUP_ID] = group.identifier  # of the built group, which would take a second
     with bpy.context.temp_override(active_node=ours):
         assert asked("bpy.types.ShaderNodeGroup") == f"https://studio.test/docs/manual/{group.key}.html"
         assert "studio" not in (asked("bpy.types.ShaderNodeMath") or "")
