@@ -9,7 +9,7 @@ import bpy
 import pytest
 
 from true_diffuse.addon.blender.engines import EEVEE, REALTIME
-from true_diffuse.addon.realtime import panels
+from true_diffuse.addon.realtime import not_drawn, panels
 
 pytestmark = pytest.mark.usefixtures("registered")
 
@@ -169,3 +169,117 @@ def test_object_that_is_drawn_can_be_hidden_from_the_camera_and_from_lights() ->
     empty = bpy.data.objects.new("Empty", None)
     assert drawn(panels.TRUE_DIFFUSE_PT_ray_visibility, object=cube).names == {"visible_camera", "visible_shadow"}
     assert not drawn(panels.TRUE_DIFFUSE_PT_ray_visibility, object=empty).names
+
+
+# ---- what settings ask for that is not drawn
+
+
+def light_object(kind: str = "SUN", **settings: object) -> bpy.types.Object:
+    light = bpy.data.lights.new("Light", kind)
+    for name, value in settings.items():
+        setattr(light, name, value)
+    return link("Light", light)
+
+
+def link(name: str, data: bpy.types.ID | None) -> bpy.types.Object:
+    item = bpy.data.objects.new(name, data)
+    bpy.context.scene.collection.objects.link(item)
+    return item
+
+
+def blurred() -> None:
+    bpy.context.scene.render.use_motion_blur = True
+
+
+def focused() -> None:
+    bpy.context.scene.camera = link("Camera", bpy.data.cameras.new("Camera"))
+    bpy.context.scene.camera.data.dof.use_dof = True
+
+
+def with_passes() -> None:
+    bpy.context.view_layer.use_pass_mist = True
+
+
+def without_sky() -> None:
+    bpy.context.view_layer.use_sky = False
+
+
+def foggy() -> None:
+    world = bpy.context.scene.world = bpy.data.worlds.new("World")
+    tree = world.node_tree
+    tree.links.new(tree.nodes.new("ShaderNodeVolumeScatter").outputs[0], tree.get_output_node("ALL").inputs["Volume"])
+
+
+def furry() -> None:
+    item = link("Fur", bpy.data.meshes.new("Fur"))
+    item.modifiers.new("Hair", "PARTICLE_SYSTEM")
+    item.particle_systems[0].settings.type = "HAIR"
+    item.particle_systems[0].settings.render_type = "PATH"
+
+
+def linked() -> None:
+    light_object().light_linking.receiver_collection = bpy.data.collections.new("Lit")
+
+
+def colored_by_nodes() -> None:
+    light = light_object().data
+    tree = light.node_tree or bpy.data.node_groups.new("", "ShaderNodeTree")
+    emission = next((node for node in tree.nodes if node.type == "EMISSION"), None)
+    assert emission
+    emission.inputs["Strength"].default_value = 2.0
+
+
+SETTINGS = {
+    "motion blur": blurred,
+    "depth of field is not drawn (1): Camera": focused,
+    "passes stay empty (1): Mist": with_passes,
+    "leaves these out, but they are drawn (1): Environment": without_sky,
+    "volume is not drawn (1): World": foggy,
+    "hair of particle systems is not drawn (1): Fur": furry,
+    "light probes are not drawn (1): Probe": lambda: link("Probe", bpy.data.lightprobes.new("Probe", "SPHERE")),
+    "shadow catchers are drawn as other objects (1): Floor": lambda: setattr(
+        link("Floor", bpy.data.meshes.new("Floor")), "is_shadow_catcher", True
+    ),
+    "point and area lights cast no shadows (2): Light, Light.001": lambda: (light_object("POINT"), light_object("AREA")),
+    "light linking and shadow linking are not followed (1): Light": linked,
+    "ray visibility of lights is not followed (1): Light": lambda: setattr(light_object(), "visible_glossy", False),
+    "influence of lights is not followed (1): Light": lambda: light_object(diffuse_factor=0.5),
+    "the custom distance of lights is not followed (1): Light": lambda: light_object("SPOT", use_custom_distance=True),
+    "nodes of lights are not drawn (1): Light": colored_by_nodes,
+}
+
+
+def said() -> list[str]:
+    """Return what settings ask for that is not drawn, as reports say it."""
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    return [str(group) for group in not_drawn.grouped(not_drawn.of_settings(depsgraph))]
+
+
+@pytest.mark.parametrize("setting", SETTINGS)
+def test_what_settings_ask_for_that_is_not_drawn_is_said_with_names(setting: str) -> None:
+    for kind in ("SUN", "SPOT"):
+        light_object(kind).name = "Drawn"
+    link("Mesh", bpy.data.meshes.new("Mesh"))
+    assert said() == []
+    SETTINGS[setting]()
+    (line,) = said()
+    assert setting.lower() in line.lower()
+
+
+def test_what_is_not_drawn_of_instances_is_said_once() -> None:
+    collection = bpy.data.collections.new("Lights")
+    collection.objects.link(bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT")))
+    for name in ("A", "B"):
+        empty = link(name, None)
+        empty.instance_type, empty.instance_collection = "COLLECTION", collection
+    assert said() == ["Point and area lights cast no shadows (1): Lamp"]
+
+
+def test_panel_lists_what_the_last_picture_lacks_with_names_and_counts() -> None:
+    scene = bpy.context.scene
+    before = " ".join(drawn(panels.TRUE_DIFFUSE_PT_not_drawn).texts)
+    assert "first picture" in before
+    names = [f"Skin {index}" for index in range(not_drawn.NAMES + 3)]
+    not_drawn.keep(scene, [not_drawn.Omission("MATERIAL", "refraction is not drawn", name) for name in names])
+    text = " ".join(drawn(panels.TRUE_DIFFUSE_PT_not_drawn).texts)
+    assert f"Refraction is not drawn ({len(names)})" in text and "Skin 0, Skin 1," in text and "and 3 more" in text

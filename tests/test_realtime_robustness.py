@@ -363,7 +363,7 @@ class Window:
         return self.target.read().to_list()[HEIGHT // 2][WIDTH // 2][0]
 
     def redraw(self) -> None:
-        self.viewport.draw(self, self.context, bpy.context.evaluated_depsgraph_get().scene)
+        self.viewport.draw(self, self.context, bpy.context.evaluated_depsgraph_get())
 
     def update(self) -> None:
         self.viewport.update(self, self.context, bpy.context.evaluated_depsgraph_get())
@@ -565,6 +565,23 @@ def test_viewport_through_the_camera_draws_inside_its_border(stage: Stage) -> No
     assert window.reports == []
 
 
+def test_viewport_leaves_out_the_objects_of_a_hidden_collection(stage: Stage) -> None:
+    """Blender keeps them in the depsgraph, unlike objects that are hidden themselves."""
+    window = Window(WIDTH)
+    hidden = bpy.data.collections.new("Hidden")
+    stage.scene.collection.children.link(hidden)
+    square = stage.square()
+    stage.scene.collection.objects.unlink(square)
+    hidden.objects.link(square)
+    window.update()
+    assert window.draw() == pytest.approx(LIT, rel=2e-6)
+    layer = bpy.context.view_layer.layer_collection.children["Hidden"]
+    for is_hidden in (True, False):
+        layer.hide_viewport = is_hidden
+        window.update()
+        assert window.draw() == (0.0 if is_hidden else pytest.approx(LIT, rel=2e-6))
+
+
 def test_viewport_is_drawn_again_unless_it_is_closed(monkeypatch) -> None:
     drawn = []
     areas = [SimpleNamespace(as_pointer=lambda k=k: k, tag_redraw=lambda k=k: drawn.append(k)) for k in (1, 2)]
@@ -585,7 +602,7 @@ def test_vertices_that_are_not_finite(stage: Stage, capfd, number: float) -> Non
     stage.mesh(corners, [(0, 1, 2, 3), (1, 4, 5)])
     seen = stage.render()
     assert seen.at(-0.5) == gray(LIT) and seen.at(0.3, -0.5) == gray(0.0)
-    assert warnings(capfd) == ["1 triangles of Mesh are left out: their vertices are not finite or too far away"]
+    assert warnings(capfd) == ["Mesh: 1 triangles are left out, as their vertices are not finite or too far away"]
 
 
 @pytest.mark.parametrize("count", [1, 200])
@@ -602,7 +619,7 @@ def test_objects_whose_location_or_scale_is_not_finite(stage: Stage, capfd, sett
     setattr(stage.square(), setting, (number, 1.0, 1.0))
     setattr(stage.light(5.0, "SPOT"), setting, (number, 1.0, 1.0))
     assert stage.render().at(0.0) == gray(LIT)
-    assert {line.partition(" is left out")[0] for line in warnings(capfd)} == {"Mesh.001", "Light.001"}
+    assert {line.partition(": left out")[0] for line in warnings(capfd)} == {"Mesh.001", "Light.001"}
 
 
 @pytest.mark.parametrize("number", NUMBERS, ids=str)
@@ -612,7 +629,7 @@ def test_power_that_is_not_finite(stage: Stage, capfd, number: float) -> None:
     stage.scene.world = bpy.data.worlds.new("World")
     stage.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = number
     assert stage.render().at(0.0) == gray(LIT)
-    assert {line.partition(":")[0] for line in warnings(capfd)} == {"1 lights are left out", "The world is black"}
+    assert {line.partition(", as")[0] for line in warnings(capfd)} == {"Light.001: left out", "the world is black"}
 
 
 def test_empty_meshes(stage: Stage) -> None:
@@ -640,9 +657,9 @@ def test_objects_of_other_kinds_are_left_out_by_name(stage: Stage, capfd) -> Non
         stage.link(bpy.data.objects.new(name, data))
     assert stage.render().at(0.0) == gray(LIT)
     assert set(warnings(capfd)) == {
-        "Hair is left out: hair curves are not drawn",
-        "Points is left out: point clouds are not drawn",
-        "Smoke is left out: volumes are not drawn",
+        "Hair: hair curves are not drawn",
+        "Points: point clouds are not drawn",
+        "Smoke: volumes are not drawn",
     }
 
 
@@ -814,7 +831,7 @@ def test_missing_image_is_pink_with_a_message(stage: Stage, image_node: bpy.type
     image_node.image.source, image_node.image.filepath = "FILE", "/nowhere/missing.png"
     seen = stage.render()
     assert seen.at(-1.0) == pink() and seen.at(1.0) == gray(LIT)
-    assert warnings(capfd) == ["Missing cannot be read"]
+    assert warnings(capfd) == ["Missing: the image cannot be read"]
 
 
 @pytest.mark.parametrize("width", [4, 20, None], ids=["floats", "bytes", "wider than a texture may be"])
@@ -838,7 +855,7 @@ def test_image_that_the_driver_refuses_is_pink(stage: Stage, image_node: bpy.typ
     monkeypatch.setattr(gpu.texture, "from_image", refuse)
     seen = stage.render()
     assert seen.at(-1.0) == pink() and seen.at(1.0) == gray(LIT)
-    assert warnings(capfd) == ["The graphics driver has no room for White, which is not drawn"]
+    assert warnings(capfd) == ["White: the graphics driver has no room for the image, which is not drawn"]
 
 
 # ---- large numbers
@@ -863,7 +880,7 @@ def test_many_lights(stage: Stage, capfd, count: int) -> None:
     for _ in range(count - 1):
         stage.light(1.0 / 64.0)
     assert stage.render().at(0.0)[:3] == pytest.approx([LIT] * 3, rel=5e-6)
-    assert warnings(capfd) == (["64 of 65 lights are drawn"] if count == 65 else [])
+    assert warnings(capfd) == ([f"Light.{64:03}: left out, as 64 lights are drawn"] if count == 65 else [])
 
 
 def test_a_million_triangles(stage: Stage) -> None:

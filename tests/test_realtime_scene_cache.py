@@ -856,4 +856,4 @@ def test_world_that_varies_is_said_and_drawn_in_its_own_value(blend: str, node: 
     cache = scene_cache.SceneCache()
     cache.update(bpy.context.evaluated_depsgraph_get())
     assert cache.world == (0.5, 1.0, 2.0)
-    assert cache.warnings == [f"What is linked to the world's {socket} is not drawn, the socket's own value is"]
+    assert list(map(str, cache.warnings)) == [f"what is linked to the world's {socket} is not drawn, the socket's own value is"]

@@ -47,4 +47,4 @@ class TrueDiffuseRealtime(bpy.types.RenderEngine):
     def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Add a sample and draw the picture so far into the window."""
         if self._viewport is not None:
-            self._viewport.draw(self, context, depsgraph.scene)
+            self._viewport.draw(self, context, depsgraph)

@@ -70,9 +70,12 @@ def _render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> N
     renderer = Renderer(cache)
     renderer.refresh()
     warnings = [*cache.warnings, *renderer.warnings]
-    not_drawn.keep(scene, warnings)
+    settings = list(not_drawn.of_settings(depsgraph))
+    not_drawn.keep(scene, [*warnings, *settings])
+    for group in not_drawn.grouped(settings):
+        engine.report({"INFO"}, str(group))
     for warning in warnings:
-        engine.report({"WARNING"}, warning)
+        engine.report({"WARNING"}, str(warning))
     for message in renderer.compile():
         engine.update_stats("", message)
     samples = depsgraph.view_layer.samples or scene.true_diffuse.samples

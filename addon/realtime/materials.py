@@ -112,7 +112,10 @@ def render_material(material: bpy.types.Material | None, meter: float) -> Render
     if material is None:
         return surface_material(Surface("lambert", {"base_color": Constant(GRAY)}), meter)
     reading = read_surface(material, 1.0 / meter)
-    return surface_material(reading.surface, meter, tuple(reading.losses), reading.images)
+    losses = tuple(reading.losses)
+    if material.use_backface_culling_shadow:
+        losses += (Loss("", "", "backface culling of shadows", "all faces cast them"),)
+    return surface_material(reading.surface, meter, losses, reading.images)
 
 
 def surface_material(

@@ -2,7 +2,7 @@
 """The objects that a depsgraph shows, instances included: what draws alike as one, and a matrix for each."""
 
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -70,13 +70,22 @@ def identity(depsgraph: bpy.types.Depsgraph, is_shown: IsShown | None) -> Identi
 
 def layer_collections(depsgraph: bpy.types.Depsgraph) -> list[tuple[str, bool, bool]]:
     """Return the collections of the view layer that are a holdout or indirect only, with which of the two."""
-    found, waiting = [], [depsgraph.view_layer_eval.layer_collection]
+    found = ((item.name, item.holdout, item.indirect_only) for item in _collections(depsgraph.view_layer_eval))
+    return [item for item in found if item[1] or item[2]]
+
+
+def has_hidden_collection(layer: bpy.types.ViewLayer) -> bool:
+    """Return whether a collection is hidden in the viewports of a view layer, which keeps its objects in the depsgraph."""
+    return any(item.hide_viewport for item in _collections(layer))
+
+
+def _collections(layer: bpy.types.ViewLayer) -> Iterator[bpy.types.LayerCollection]:
+    """Yield a view layer's collections, at any depth."""
+    waiting = [layer.layer_collection]
     while waiting:
         collection = waiting.pop()
         waiting += collection.children
-        if collection.holdout or collection.indirect_only:
-            found.append((collection.name, collection.holdout, collection.indirect_only))
-    return found
+        yield collection
 
 
 def matrices(depsgraph: bpy.types.Depsgraph) -> array[float]:

@@ -37,7 +37,8 @@ SIMPLIFIED_STROKES = (  # settings of Simplify of Grease Pencil
     "simplify_gpencil_tint",
     "simplify_gpencil_antialiasing",
 )
-LETTER, MARGINS = 7.0, 70.0  # width of a letter, and of what stands beside a line of text [pixels at Resolution Scale 1]
+ALWAYS = "Lights shine from their centers; light does not bounce"  # what no scene gets
+LETTER, MARGINS = 6.2, 60.0  # width of a letter, and of what stands beside a line of text [pixels at Resolution Scale 1]
 
 
 class EnginePanel:
@@ -85,13 +86,21 @@ class TRUE_DIFFUSE_PT_not_drawn(EnginePanel, bpy.types.Panel):
     bl_label = "Not Drawn Here"
     bl_context = "render"
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return super().poll(context) and bool(not_drawn.messages(context.scene))
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
+        if groups := not_drawn.grouped(not_drawn.omissions(context.scene) or ()):
+            self.layout.label(text=str(len(groups)))
 
     def draw(self, context: bpy.types.Context) -> None:
-        for warning in not_drawn.messages(context.scene):
-            draw_wrapped(self.layout, context, warning)
+        layout, found = self.layout, not_drawn.omissions(context.scene)
+        for group in not_drawn.grouped(found or ()):
+            column = layout.column(align=True)
+            draw_wrapped(column, context, group.heading, group.icon)
+            names = column.column(align=True)
+            names.active = False  # dimmed
+            draw_wrapped(names, context, group.listed, "BLANK1")
+        if found is None:
+            draw_wrapped(layout, context, "Listed with the first picture, in a viewport or a render", "INFO")
+        draw_wrapped(layout, context, ALWAYS, "INFO")
 
 
 class TRUE_DIFFUSE_PT_simplify(EnginePanel, bpy.types.Panel):

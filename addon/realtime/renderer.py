@@ -18,6 +18,7 @@ from . import shadows
 from .expressions import Code, Image
 from .lights import Light, lights_to_bytes
 from .materials import HOLDOUT, RenderMaterial, values_to_bytes
+from .not_drawn import Omission
 from .objects import MATRIX_BYTES, MATRIX_SIZE, Part
 from .program import (
     GATHER_MAPS,
@@ -86,7 +87,7 @@ class Renderer:
 
     def __init__(self, cache: SceneCache) -> None:
         self.cache = cache
-        self.warnings: list[str] = []
+        self.warnings: list[Omission] = []
         self._triangle = triangle()
         self._values: dict[Code, gpu.types.GPUUniformBuf] = {}
         self._images: dict[Image, gpu.types.GPUTexture] = {}
@@ -354,7 +355,8 @@ class Renderer:
             try:
                 return gpu.texture.from_image(material.images[image.name])
             except RuntimeError:
-                self.warnings.append(f"The graphics driver has no room for {image.name}, which is not drawn")
+                what = "the graphics driver has no room for the image, which is not drawn"
+                self.warnings.append(Omission("IMAGE_DATA", what, image.name))
         return _missing()
 
 

@@ -16,11 +16,16 @@ from .expressions import MeshAttribute
 from .lights import Light, read_light
 from .materials import HOLDOUT, RenderMaterial, render_material
 from .meshes import Mesh, is_finite
+from .not_drawn import Omission
 from .objects import Identity, IsShown, Part, Visibility
 from .program import MAX_LIGHTS, Inputs, Lighting, Variant
 
 BLACK: Rgb = (0.0, 0.0, 0.0)
-NOT_DRAWN = {"CURVES": "hair curves", "POINTCLOUD": "point clouds", "VOLUME": "volumes"}  # by Blender's types of objects
+NOT_DRAWN = {  # by Blender's types of objects
+    "CURVES": Omission("OUTLINER_OB_CURVES", "hair curves are not drawn"),
+    "POINTCLOUD": Omission("OUTLINER_OB_POINTCLOUD", "point clouds are not drawn"),
+    "VOLUME": Omission("OUTLINER_OB_VOLUME", "volumes are not drawn"),
+}
 NO_MATERIAL = 0  # in the place of a material's session_uid
 
 type MeshKey = tuple[int, int]
@@ -31,11 +36,11 @@ type RecordKey = tuple[MeshKey, int, Visibility]
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """What has been read of an object; `uids` are the session_uids of it and of its data, `said` what is not drawn."""
+    """What has been read of an object; `uids` are the session_uids of it and of its data, `omission` what is not drawn."""
 
     parts: tuple[Part, ...]
     uids: frozenset[int]
-    said: str
+    omission: Omission | None
 
 
 @dataclass
@@ -65,7 +70,7 @@ class SceneCache:
     _drawn: set[int] = field(default_factory=set)  # the indices of objects in `groups`, of lights, and of what is left out
     _light_objects: set[int] = field(default_factory=set)
     _not_finite: set[int] = field(default_factory=set)
-    _said: dict[str, list[str]] = field(default_factory=dict)  # warnings by what they are about
+    _said: dict[str, list[Omission]] = field(default_factory=dict)  # by what they are about
 
     @property
     def has_subsurface(self) -> bool:
@@ -73,13 +78,13 @@ class SceneCache:
         return any(material.has_subsurface for material in self.materials.values())
 
     @property
-    def warnings(self) -> list[str]:
-        """What the picture lacks or shows in another way than the scene has it, one sentence each."""
+    def warnings(self) -> list[Omission]:
+        """What the picture lacks or shows in another way than the scene has it."""
         used = {uid: material for uid, material in self.materials.items() if uid in self._names}
         missing = {image.name for material in used.values() for image in material.textures if material.is_missing(image)}
-        losses = [f"{self._names[uid]}: {loss}" for uid, material in used.items() for loss in material.losses]
+        losses = [Omission("MATERIAL", str(loss), self._names[uid]) for uid, material in used.items() for loss in material.losses]
         said = [line for about in ("objects", "world", "lights") for line in self._said.get(about, ())]
-        return [*said, *(f"{name} cannot be read" for name in sorted(missing)), *losses]
+        return [*said, *(Omission("IMAGE_DATA", "the image cannot be read", name) for name in sorted(missing)), *losses]
 
     def lighting(self) -> Lighting:
         """Return what the scene's lights and world ask of all surface shaders."""
@@ -169,7 +174,7 @@ class SceneCache:
 
     def _read_objects(self, depsgraph: bpy.types.Depsgraph, is_shown: IsShown | None) -> None:
         """Read the objects of which nothing is kept, and sort all into groups."""
-        said: dict[str, None] = {}
+        said: dict[Omission, None] = {}
         groups: dict[Part, list[int]] = {}
         records: dict[RecordKey, Record] = {}
         self._visibility, self._known, self._light_objects = {}, set(), set()
@@ -183,10 +188,11 @@ class SceneCache:
             if not instance.show_self or not (is_shown is None or is_shown(owner)):
                 continue
             if kind in NOT_DRAWN:
-                said[f"{item.name} is left out: {NOT_DRAWN[kind]} are not drawn"] = None
+                said[NOT_DRAWN[kind]._replace(name=item.name)] = None
                 continue
             if index in self._not_finite:
-                said[f"{item.name} is left out: its location or scale is not finite or too large"] = None
+                what = "left out, as its location or scale is not finite or too large"
+                said[Omission("OBJECT_DATA", what, item.name)] = None
                 continue
             if kind == "LIGHT":
                 self._light_objects.add(index)
@@ -204,8 +210,8 @@ class SceneCache:
             key = (self._mesh_key(item), uid, shown)
             record = records.get(key) or self._records.get(key) or self._record(item, key, layer.material_override)
             records[key] = record
-            if record.said:
-                said[record.said] = None
+            if record.omission:
+                said[record.omission] = None
             for part in record.parts:
                 groups.setdefault(part, []).append(index)
         self._records = records
@@ -252,23 +258,22 @@ class SceneCache:
             parts.append(Part(mesh, slot, material_uid, *shown))
         mesh.prepare(data, wanted, item.to_mesh)
         item.to_mesh_clear()
-        said = f"{mesh.skipped} triangles of {item.name} are left out: their vertices are not finite or too far away"
-        return Record(tuple(parts), uids, said if mesh.skipped else "")
+        what = f"{mesh.skipped} triangles are left out, as their vertices are not finite or too far away"
+        return Record(tuple(parts), uids, Omission("MESH_DATA", what, item.name) if mesh.skipped else None)
 
     def _read_lights(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Read the lights, at most MAX_LIGHTS of them."""
         said = self._said["lights"] = []
         found = [
-            read_light(instance.object, instance.matrix_world)
+            (instance.object.name, read_light(instance.object, instance.matrix_world))
             for index, instance in enumerate(depsgraph.object_instances if self._light_objects else ())
             if index in self._light_objects
         ]
-        lights = [light for light in found if is_finite(light.strength)]
-        if len(lights) < len(found):
-            said.append(f"{len(found) - len(lights)} lights are left out: their power is not finite or too large")
-        if len(lights) > MAX_LIGHTS:
-            said.append(f"{MAX_LIGHTS} of {len(lights)} lights are drawn")
-            del lights[MAX_LIGHTS:]
+        finite = [(name, light) for name, light in found if is_finite(light.strength)]
+        left_out = [name for name, light in found if not is_finite(light.strength)]
+        said += [Omission("LIGHT", "left out, as its power is not finite or too large", name) for name in left_out]
+        said += [Omission("LIGHT", f"left out, as {MAX_LIGHTS} lights are drawn", name) for name, _ in finite[MAX_LIGHTS:]]
+        lights = [light for _, light in finite[:MAX_LIGHTS]]
         if lights != self.lights:
             self.lights = lights
             self.version += 1
@@ -277,7 +282,7 @@ class SceneCache:
         """Read the world, or the view layer's in its place."""
         world, said = _world_radiance(depsgraph.view_layer_eval.world_override or depsgraph.scene_eval.world)
         if not is_finite(world):
-            said.append("The world is black: its radiance is not finite or too large")
+            said.append(Omission("WORLD", "the world is black, as its radiance is not finite or too large"))
             world = BLACK
         self._said["world"] = said
         if world != self.world:
@@ -292,8 +297,8 @@ def _slot_material(item: bpy.types.Object, mesh: bpy.types.Mesh, slot: int) -> b
     return mesh.materials[max(0, min(slot, len(mesh.materials) - 1))] if mesh.materials else None
 
 
-def _world_radiance(world: bpy.types.World | None) -> tuple[Rgb, list[str]]:
-    """Return the radiance of a world of one color [W/(m^2 sr)], and lines on what of the world is not drawn."""
+def _world_radiance(world: bpy.types.World | None) -> tuple[Rgb, list[Omission]]:
+    """Return the radiance of a world of one color [W/(m^2 sr)], and what of the world is not drawn."""
     if world is None:
         return BLACK, []
     output = world.node_tree.get_output_node("ALL") if world.node_tree else None
@@ -303,7 +308,7 @@ def _world_radiance(world: bpy.types.World | None) -> tuple[Rgb, list[str]]:
     if not background.socket.is_output or is_nothing(background):
         return BLACK, []
     if background.node.type != "BACKGROUND":
-        return BLACK, [f"The world is black: the node {background.node.bl_label} is not drawn"]
+        return BLACK, [Omission("WORLD", f"the world is black, as its node {background.node.bl_label} is not drawn")]
     reader, said, values = NodeReader(), [], []
     for name in ("Color", "Strength"):
         place = background.input(name)
@@ -313,7 +318,8 @@ def _world_radiance(world: bpy.types.World | None) -> tuple[Rgb, list[str]]:
             value = None
         if not isinstance(value, Constant):
             value = reader.own(place)
-            said.append(f"What is linked to the world's {name} is not drawn, the socket's own value is")
+            what = f"what is linked to the world's {name} is not drawn, the socket's own value is"
+            said.append(Omission("WORLD", what))
         values.append(triple(value.value))
     red, green, blue = (color * strength for color, strength in zip(*values, strict=True))
     return (red, green, blue), said

@@ -10,7 +10,8 @@ from mathutils import Vector
 
 from . import not_drawn
 from .final import background, failure_message
-from .objects import IsShown
+from .not_drawn import Omission
+from .objects import IsShown, has_hidden_collection
 from .renderer import DriverError, Renderer, Rgba
 from .scene_cache import SceneCache
 from .view import View, eye_of
@@ -33,23 +34,25 @@ class Viewport:
         self._renderer: Renderer | None = None
         self._picture: Picture | None = None  # None where it has to start anew
         self._sample = 0  # the number of samples in it
+        self._settings: list[Omission] | None = None  # what settings ask for that is not drawn, None where that has to be read anew
         self._failed_size: tuple[int, int] | None = None  # for which the driver refused something
 
     def update(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what changed in the scene; a failure is reported by `engine`."""
-        self._failed_size = None
+        self._failed_size = self._settings = None
         try:
             if self._cache is None:
                 self._cache = SceneCache()
-            self._cache.update(depsgraph, _filter(context.space_data))
+            self._cache.update(depsgraph, _filter(context.space_data, depsgraph.view_layer_eval))
         except Exception as error:
             self._cache = self._renderer = None
             self._report(engine, failure_message(error))
 
-    def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, scene: bpy.types.Scene) -> None:
+    def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Add a sample, draw the picture so far into the window and ask for the next redraw; a failure is reported by `engine`."""
         if self._cache is None:
             return
+        scene = depsgraph.scene
         size = (0, 0)
         try:
             region, seen = context.region, context.region_data
@@ -65,6 +68,9 @@ class Viewport:
             if self._renderer.refresh():
                 self._picture = None
             self._draw(engine, scene, self._renderer, window.cropped(x, y, width, height), (x, y))
+            if self._sample >= scene.true_diffuse.viewport_samples and self._settings is None:  # now, as nothing waits for it
+                self._settings = list(not_drawn.of_settings(depsgraph))
+            not_drawn.keep(scene, [*self._renderer.cache.warnings, *self._renderer.warnings, *(self._settings or ())])
             if self._sample < scene.true_diffuse.viewport_samples:  # later, as Blender ignores a request during a redraw
                 bpy.app.timers.register(partial(redraw, context.area.as_pointer()))
         except DriverError as error:  # another size may do
@@ -92,15 +98,16 @@ class Viewport:
             renderer.add(view, self._sample, picture.filter_size, picture.background)
             self._sample += 1
         renderer.show_blended(*corner)  # Blender applies the view transform
-        warnings = [*renderer.cache.warnings, *renderer.warnings]
-        not_drawn.keep(scene, warnings)
-        engine.update_stats(f"Sample {self._sample}", "; ".join(warnings))
+        lacks = [group.heading for group in not_drawn.grouped([*renderer.cache.warnings, *renderer.warnings])]
+        said = f"{lacks[0]}; {len(lacks) - 1} more in Render properties, Not Drawn Here" if len(lacks) > 1 else "".join(lacks)
+        engine.update_stats(f"Sample {self._sample}/{scene.true_diffuse.viewport_samples}", said)
 
 
-def _filter(space: bpy.types.SpaceView3D) -> IsShown | None:
-    """Return what tells whether a viewport shows an object, None where it shows all of its view layer."""
+def _filter(space: bpy.types.SpaceView3D, layer: bpy.types.ViewLayer) -> IsShown | None:
+    """Return what tells whether a viewport shows an object, None where it shows all of its view `layer`."""
     types = (name for name in dir(space) if name.startswith("show_object_viewport_"))
-    if space.local_view is None and not space.use_local_collections and all(getattr(space, name) for name in types):
+    is_local = space.local_view is not None or space.use_local_collections
+    if not is_local and all(getattr(space, name) for name in types) and not has_hidden_collection(layer):
         return None
     return lambda item: item.original.visible_in_viewport_get(space)
 
