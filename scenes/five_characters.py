@@ -35,6 +35,9 @@ FIGURE_STEP, FIGURE_STAGGER = 1.06, 0.0
 AS_IS_STEP, AS_IS_STAGGER = 1.06, 0.35
 WIDE, WIDE_STEP, WIDE_STAGGER = 0.75, 0.8, 0.5
 WALL = 6.0  # meters behind the middle of the row
+LABEL_SIZE = 0.15  # of the font, as a fraction of the distance between two characters: the longest word is 5.6 times as wide
+LABEL_RADIANCE = 0.7
+UNSEEN_BY_RAYS = ("diffuse", "glossy", "transmission", "volume_scatter", "shadow")
 
 
 @dataclass(frozen=True)
@@ -171,6 +174,47 @@ def pose(stage: FiveCharacters, figure: Figure) -> None:
     stage.scene.view_layers[0].update()
 
 
+def add_labels(stage: FiveCharacters) -> tuple[bpy.types.Object, ...]:
+    """Add the label of each character below its feet, and return them; the picture gets as much higher as they need.
+
+    They hang before the camera above the floor, light up by themselves and neither cast shadows nor light anything.
+    """
+    scene, places = stage.scene, [character.subject.matrix_world.translation for character in stage.characters]
+    camera, size = scene.camera, LABEL_SIZE * (places[1].x - places[0].x)
+    eye = camera.matrix_world.translation
+    top = -MARGIN * eye.z  # seen at the characters' distance, as are the following
+    low = top - 3.0 * size  # two lines, and a margin of one
+    share = 0.97 * eye.z / (eye.z - low)  # of the way to a character: there the label's lower end is just above the floor
+    width = -eye.y * 36.0 / LENS
+    pixel = width / scene.render.resolution_x
+    missing = eye.z + camera.data.shift_y * width - pixel * scene.render.resolution_y / 2.0 - low
+    rows = max(0, math.ceil(missing / pixel))
+    scene.render.resolution_y += rows
+    camera.data.shift_y -= rows * pixel / width / 2.0
+    camera.data.clip_start = min(camera.data.clip_start, 0.9 * share * -eye.y)
+    material = bpy.data.materials.new("Label")
+    material.diffuse_color = (LABEL_RADIANCE, LABEL_RADIANCE, LABEL_RADIANCE, 1.0)
+    nodes = material.node_tree.nodes
+    nodes.clear()
+    glow = nodes.new("ShaderNodeEmission")
+    glow.inputs["Color"].default_value = material.diffuse_color
+    output = nodes.new("ShaderNodeOutputMaterial")
+    material.node_tree.links.new(glow.outputs[0], output.inputs["Surface"])
+    labels = []
+    for character, place in zip(stage.characters, places, strict=True):
+        text = bpy.data.curves.new(f"Label {character.look.label}", "FONT")
+        text.body = "\n".join(character.look.label.split(maxsplit=1))
+        text.size, text.align_x, text.align_y = size * share, "CENTER", "TOP"
+        text.materials.append(material)
+        point = eye + share * (Vector((place.x * eye.y / (eye.y - place.y), 0.0, top)) - eye)  # all in one line
+        label = add(scene, text.name, text, Matrix.Translation(point) @ Matrix.Rotation(math.pi / 2, 4, "X"))
+        for kind in UNSEEN_BY_RAYS:
+            setattr(label, f"visible_{kind}", False)
+        label.hide_select = True
+        labels.append(label)
+    return tuple(labels)
+
+
 def _scene(resolution: tuple[int, int]) -> bpy.types.Scene:
     scene = bpy.data.scenes.new("True Diffuse Five Characters")
     scene.render.resolution_x, scene.render.resolution_y = resolution
@@ -250,7 +294,7 @@ def _camera(scene: bpy.types.Scene, width: float, top: float, bust: bool) -> Non
 def _backdrop(scene: bpy.types.Scene, far: float) -> None:
     """Add the gray floor that the characters stand on and the wall behind them, at y = `far` [m]."""
     material, node = materials.create_plain("Backdrop")
-    node.inputs["Color"].default_value = (BACKDROP_ALBEDO, BACKDROP_ALBEDO, BACKDROP_ALBEDO, 1.0)
+    node.inputs["Color"].default_value = material.diffuse_color = (BACKDROP_ALBEDO, BACKDROP_ALBEDO, BACKDROP_ALBEDO, 1.0)
     size = 1000.0  # meters: beyond every camera
     floor = [(-size, -size, 0.0), (size, -size, 0.0), (size, far, 0.0), (-size, far, 0.0)]
     wall_top = [(size, far, size), (-size, far, size)]

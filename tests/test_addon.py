@@ -4,11 +4,13 @@
 import subprocess
 import sys
 from array import array
+from itertools import pairwise
 from pathlib import Path
 
 import bpy
 
 import pytest
+from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 
 import true_diffuse
@@ -64,6 +66,13 @@ def build_comparison(plaster: bool = False) -> set[str]:
     return bpy.ops.true_diffuse.build_comparison("EXEC_DEFAULT", True, plaster=plaster)
 
 
+def _box(scene: bpy.types.Scene, item: bpy.types.Object) -> tuple[float, float, float, float]:
+    """Where `item` is in the picture of the scene's camera: left, right, low and high, as fractions of the picture's sides."""
+    points = [world_to_camera_view(scene, scene.camera, item.matrix_world @ Vector(corner)) for corner in item.bound_box]
+    across, up = [point.x for point in points], [point.y for point in points]
+    return min(across), max(across), min(up), max(up)
+
+
 @pytest.mark.usefixtures("registered")
 @pytest.mark.parametrize("plaster", [False, True])
 def test_comparison_shows_the_active_object_five_times_and_is_undone(plaster: bool) -> None:
@@ -79,7 +88,23 @@ def test_comparison_shows_the_active_object_five_times_and_is_undone(plaster: bo
     # upright on the ground, 1.8 m tall like the human
     heights = [(shown[0].matrix_world @ vertex.co).z for vertex in mesh.vertices]
     assert [round(limit(heights), 4) for limit in (min, max)] == [0.0, 1.8]
-    assert bpy.context.window.scene != bpy.data.scenes["Scene"]
+    built = bpy.context.window.scene
+    assert built != bpy.data.scenes["Scene"]
+    views = [area.spaces.active.region_3d for area in bpy.context.window.screen.areas if area.type == "VIEW_3D"]
+    assert views and all(view.view_perspective == "CAMERA" for view in views)
+    labels = [item for item in built.objects if item.type == "FONT"]
+    assert [label.data.body.split() for label in labels] == [
+        ["Standard", "specular"],
+        ["Lambert"],
+        *(["Oren-Nayar", "\u03c3", "=", sigma] for sigma in ("0", "0.2", "0.33")),
+    ]
+    built.view_layers[0].update()
+    places = [_box(built, item) for item in (*labels, *shown)]
+    for (left, right, low, high), (_, _, feet, _) in zip(places[:5], places[5:], strict=True):
+        assert 0.0 < left < right < 1.0 and 0.0 < low < high < feet  # in the picture, and below the character
+    assert all(one[1] < other[0] for one, other in pairwise(places[:5]))  # beside each other
+    corner = min((label.matrix_world @ Vector(point)).z for label in labels for point in label.bound_box)
+    assert corner > 0.0  # above the floor
     bpy.ops.ed.undo()
     assert bpy.context.window.scene.name == "Scene" and len(bpy.data.scenes) == 1 and len(bpy.data.materials) == 0
 

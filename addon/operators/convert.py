@@ -45,7 +45,17 @@ class ConvertOperator(Operator):
         return {"FINISHED"} if is_changed else {"CANCELLED"}
 
 
-class TRUE_DIFFUSE_OT_convert(ConvertOperator):
+class OfMaterials:
+    """Base of operators on `_materials`; their docstrings tell of objects."""
+
+    @classmethod
+    def description(cls, context: bpy.types.Context, _properties: bpy.types.OperatorProperties) -> str:
+        text = cls.__doc__ or ""
+        has_own = is_node_editor(context) or is_properties_editor(context)
+        return text.replace("the selected objects' materials", "this material") if has_own else text
+
+
+class TRUE_DIFFUSE_OT_convert(OfMaterials, ConvertOperator):
     """Replace the Diffuse, Principled and Subsurface Scattering BSDFs of the selected objects' materials by True Diffuse groups"""
 
     bl_idname = "true_diffuse.convert"
@@ -86,8 +96,8 @@ class TRUE_DIFFUSE_OT_convert_nodes(ConvertOperator):
         return self.report_conversion(convert.Report([material.name] if count else [], lines=lines), "Nothing was converted")
 
 
-class TRUE_DIFFUSE_OT_revert(Operator):
-    """Turn the True Diffuse nodes of the selected objects' materials back into Blender's own, as they were before a conversion"""
+class TRUE_DIFFUSE_OT_revert(OfMaterials, Operator):
+    """Turn the True Diffuse nodes of the selected objects' materials back into Blender's own, as before a conversion"""
 
     bl_idname = "true_diffuse.revert"
     bl_label = "Revert to Blender's Nodes"

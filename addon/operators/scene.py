@@ -3,7 +3,7 @@
 
 import bpy
 
-from .base import Operator
+from .base import Operator, counted
 
 ALBEDO = 0.8
 SIZE = (1280, 480)  # pixels
@@ -33,7 +33,7 @@ class TRUE_DIFFUSE_OT_build_comparison(Operator):
 
         notes: list[str] = []
         before = set(bpy.data.scenes) | set(bpy.data.objects)
-        item, depsgraph = context.active_object, context.evaluated_depsgraph_get()
+        item, depsgraph, old = context.active_object, context.evaluated_depsgraph_get(), context.scene.name
         try:
             if self.plaster:
                 built = five_characters.build(subject.from_object(item, depsgraph), ALBEDO, False, SIZE)
@@ -46,11 +46,26 @@ class TRUE_DIFFUSE_OT_build_comparison(Operator):
                 return self.cancel_with(error)
             raise
         built.scene.render.engine = context.scene.render.engine
+        five_characters.add_labels(built)
         if context.window:  # a script may have none
             context.window.scene = built.scene
-        message = f"{built.scene.name} is a new scene; the old scene has not changed"
+            _look_through_camera(context.window)
+        message = f"Built the scene {built.scene.name} with {counted(len(built.characters), 'character')}; {old} has not changed"
         self.report_with_notes(message, [*notes, *built.notes])
         return {"FINISHED"}
+
+
+def _look_through_camera(window: bpy.types.Window) -> None:
+    """Have the 3D viewports of `window` show what its scene's camera does, as large as they can."""
+    for area in window.screen.areas:
+        if area.type != "VIEW_3D":
+            continue
+        space = area.spaces.active
+        space.use_local_camera = False
+        space.region_3d.view_perspective = "CAMERA"
+        region = next(region for region in area.regions if region.type == "WINDOW")
+        with bpy.context.temp_override(window=window, area=area, region=region):
+            bpy.ops.view3d.view_center_camera()
 
 
 CLASSES = (TRUE_DIFFUSE_OT_build_comparison,)
