@@ -73,6 +73,13 @@ def menu(place: bpy.types.Area, name: str) -> None:
         bpy.ops.wm.call_menu(name=name)
 
 
+def dress(theme: str, scale: float) -> None:
+    """Give Blender a theme of its own, Blender_Dark or Blender_Light, and a Resolution Scale."""
+    path = next(path for path in bpy.utils.preset_paths("interface_theme") if (Path(path) / f"{theme}.xml").is_file())
+    bpy.ops.script.execute_preset(filepath=str(Path(path) / f"{theme}.xml"), menu_idname="USERPREF_MT_interface_theme_presets")
+    bpy.context.preferences.view.ui_scale = scale
+
+
 def cube() -> bpy.types.Object:
     return bpy.data.objects["Cube"]
 

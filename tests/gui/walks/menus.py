@@ -10,6 +10,7 @@ from window import (
     close_other_windows,
     cube,
     group_of,
+    menu,
     middle,
     mouse,
     picture,
@@ -25,8 +26,7 @@ def open_menu(place: bpy.types.Area, name: str, step: str) -> Steps:
     """Open a menu of Blender, leave its picture and close it."""
     point(*middle(place))
     yield 1.0
-    with within(place):
-        bpy.ops.wm.call_menu(name=name)
+    menu(place, name)
     yield 2.0
     picture(step)
     for _ in range(2):
@@ -100,7 +100,7 @@ def library() -> Steps:
     """Add the library; the Add menu has its one entry still, and the Asset Browser no node groups."""
     with within(area("VIEW_3D")):
         assert bpy.ops.true_diffuse.add_assets() == {"FINISHED"}
-    view, place = side_by_side()
+    _, place = side_by_side()
     place.ui_type = "ASSETS"
     yield 3.0
     place.spaces.active.params.asset_library_reference = "True Diffuse"
