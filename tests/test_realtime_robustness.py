@@ -22,6 +22,7 @@ from mathutils import Matrix
 import checkout
 from true_diffuse.addon.blender import engines, properties
 from true_diffuse.addon.material import materials
+from true_diffuse.addon.measure.render import passes as render_passes
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
 from true_diffuse.addon.realtime import engine, meshes, renderer, scene_cache, shadows, view, viewport
 from true_diffuse.addon.realtime import register as register_engine
@@ -51,7 +52,8 @@ except RuntimeError as error:
     print(error)
 """
 
-# Renders with a Grease Pencil object, after a render with Cycles too, and without it; prints what became of it.
+# Renders with a Grease Pencil object, after a render with Cycles too, and without it; prints what became of it. Then with one in
+# front of the cube in the middle, 4 m towards the camera, and behind it, 4 m away: prints whether the picture's middle changes.
 GREASE_PENCIL = f"""
 import sys
 sys.path.insert(0, {str(Path(checkout.__file__).parent)!r})
@@ -77,6 +79,22 @@ for engine in ("TRUE_DIFFUSE_REALTIME", "CYCLES", "TRUE_DIFFUSE_REALTIME", ""):
         print("rendered")
     except RuntimeError as error:
         print(error)
+scene.render.filepath = sys.argv[1]
+
+def middle():
+    bpy.ops.render.render(write_still=True)
+    image = bpy.data.images.load(sys.argv[1])
+    pixel = image.pixels[4 * (16 * 8 + 8) :][:3]
+    bpy.data.images.remove(image)
+    return pixel
+
+plain = middle()
+for distance in (4.0, -4.0):
+    bpy.ops.object.grease_pencil_add(type="MONKEY", radius=3.0, location=scene.camera.location.normalized() * distance)
+    drawing = bpy.context.object
+    drawing.show_in_front = False
+    print("differs" if middle() != plain else "equal")
+    bpy.data.objects.remove(drawing)
 """
 
 # Prints the middle pixel of each part of an EXR file, with the package openimageio, in a process without bpy.
@@ -211,12 +229,13 @@ def test_without_a_graphics_driver_a_render_says_so() -> None:
     assert result.stdout.splitlines()[-2:] == ["Error: No graphics driver is found here", ""]
 
 
-def test_grease_pencil_leaves_a_graphics_context() -> None:
-    """Blender makes a context of its own to draw Grease Pencil, and takes the one that was there."""
-    result = subprocess.run([sys.executable, "-c", GREASE_PENCIL], capture_output=True, text=True, check=False)
+def test_grease_pencil_leaves_a_graphics_context_and_is_hidden_by_what_is_before_it(tmp_path: Path) -> None:
+    """Blender makes a context of its own to draw Grease Pencil, and takes the one that was there; it draws by the pass Depth."""
+    command = [sys.executable, "-c", GREASE_PENCIL, str(tmp_path / "picture.png")]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stderr
-    said = [line for line in result.stdout.splitlines() if line == "rendered" or "Error" in line]
-    assert said == ["rendered"] * 4, result.stderr
+    said = [line for line in result.stdout.splitlines() if line in {"rendered", "differs", "equal"} or "Error" in line]
+    assert said == ["rendered"] * 4 + ["differs", "equal"], result.stderr
 
 
 def too_large(stage: Stage) -> None:
@@ -563,6 +582,30 @@ def test_viewport_through_the_camera_draws_inside_its_border(stage: Stage) -> No
     bpy.context.view_layer.update()
     assert window.draw() == 0.0
     assert window.reports == []
+
+
+@pytest.mark.parametrize("kind", ["ORTHO", "PERSP"])
+def test_depth_is_the_distance_along_the_cameras_axis(stage: Stage, kind: str) -> None:
+    """Of a square that slopes upwards by 1 in 2 from its middle, 5 m away: 5 m - x / 2, at x = 2 (2 column + 1 - width) / width.
+
+    In perspective x is as large times the distance over 5 m, where the camera sees 4 m across. Four roundings of 2^-24 of a depth
+    in clip space, with the near plane at 0.1 m, are 4 x 2^-24 x (5.5 m)^2 / 0.2 m = 4e-5 m. Without a surface it is 1e10, as in
+    Cycles.
+    """
+    stage.mesh([(-1, -1, -0.5), (1, -1, 0.5), (1, 1, 0.5), (-1, 1, -0.5)], [(0, 1, 2, 3)])
+    stage.camera.data.type = kind
+    stage.camera.data.angle = 2.0 * math.atan(2.0 / 5.0)
+    bpy.context.view_layer.use_pass_z = True
+    channels = render_passes(stage.scene)
+    (depth,) = (values for name, values in channels.items() if "Depth" in name)
+    row = depth[WIDTH * (HEIGHT // 2) :][:WIDTH]
+    for column, found in enumerate(row):
+        x = 2.0 * (2 * column + 1 - WIDTH) / WIDTH  # m, on the ground
+        expected = 5.0 - x / 2.0 if kind == "ORTHO" else 5.0 / (1.0 + x / 10.0)
+        if abs(x if kind == "ORTHO" else x * expected / 5.0) < 1.0:
+            assert found == pytest.approx(expected, abs=4e-5)
+        else:
+            assert found == pytest.approx(1e10)
 
 
 def test_viewport_leaves_out_the_objects_of_a_hidden_collection(stage: Stage) -> None:

@@ -36,6 +36,12 @@ class TrueDiffuseRealtime(bpy.types.RenderEngine):
 
         final.render(self, depsgraph)
 
+    def update_render_passes(self, scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> None:
+        """Tell the compositor which passes a view layer has."""
+        self.register_pass(scene, layer, "Combined", 4, "RGBA", "COLOR")
+        if layer.use_pass_z:
+            self.register_pass(scene, layer, "Depth", 1, "Z", "VALUE")
+
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what changed in the scene."""
         from .viewport import Viewport

@@ -14,7 +14,9 @@ from ..blender import engines
 from . import not_drawn
 from .renderer import DriverError, Renderer, Rgba, forget_shaders
 from .scene_cache import SceneCache
-from .view import View, eye_of
+from .view import View, distances_of, eye_of
+
+DEPTH = "Depth"  # Blender's name of the pass
 
 
 class RenderError(Exception):
@@ -79,6 +81,10 @@ def _render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> N
     for message in renderer.compile():
         engine.update_stats("", message)
     samples = depsgraph.view_layer.samples or scene.true_diffuse.samples
+    has_strokes = any(item.type == "GREASEPENCIL" for item in depsgraph.objects)  # which Blender draws by the depth of surfaces
+    has_depth = depsgraph.view_layer.use_pass_z or has_strokes
+    if has_depth:
+        engine.add_pass(DEPTH, 1, "Z", layer=layer)
     for index, (name, view) in enumerate(views):
         renderer.begin(view)
         for sample in range(samples):
@@ -86,10 +92,15 @@ def _render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> N
                 return
             engine.update_stats("", f"Sample {sample + 1} of {samples}")
             renderer.add(view, sample, scene.render.filter_size, background(scene, cache))
+            if not sample and has_depth:  # of the pixels' centers
+                distances = renderer.read_distances(view)
             engine.update_progress((index * samples + sample + 1) / (len(views) * samples))
         pixels = renderer.read()
         result = engine.begin_result(0, 0, width, height, layer=layer, view=name)
-        result.layers[0].passes["Combined"].rect.foreach_set(pixels)
+        passes = result.layers[0].passes
+        passes["Combined"].rect.foreach_set(pixels)
+        if has_depth:
+            passes[DEPTH].rect.foreach_set(distances)
         engine.end_result(result)
 
 
@@ -124,7 +135,8 @@ def _camera_view(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph,
     side = width if fits_width else height * settings.pixel_aspect_y / settings.pixel_aspect_x
     projection = Matrix.Translation((-2.0 * shift * side / width, 0.0, 0.0)) @ projection
     is_perspective = camera.data.type == "PERSP"
-    return View(projection @ matrix.inverted_safe(), eye_of(matrix, is_perspective), is_perspective, width, height)
+    eye, distances = eye_of(matrix, is_perspective), distances_of(projection, is_perspective)
+    return View(projection @ matrix.inverted_safe(), eye, is_perspective, width, height, distances)
 
 
 def _pixels(length: float) -> int:

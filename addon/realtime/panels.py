@@ -177,6 +177,21 @@ class TRUE_DIFFUSE_PT_ray_visibility(EnginePanel, bpy.types.Panel):
         column.prop(context.object, "visible_shadow", text="Shadow", toggle=False)
 
 
+class TRUE_DIFFUSE_PT_passes(EnginePanel, bpy.types.Panel):
+    """The passes that the realtime engine renders"""
+
+    bl_label = "Passes"
+    bl_context = "view_layer"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = split(self.layout)
+        layout.use_property_decorate = False
+        column = layout.column()
+        column.prop(context.view_layer, "use_pass_combined")
+        column.prop(context.view_layer, "use_pass_z")
+        column.prop(context.view_layer, "use_pass_grease_pencil", text="Grease Pencil")
+
+
 class LightPanel(EnginePanel):
     """Base of panels of a light's data."""
 
@@ -261,6 +276,7 @@ PANELS = (
     TRUE_DIFFUSE_PT_simplify,
     TRUE_DIFFUSE_PT_simplify_grease_pencil,
     TRUE_DIFFUSE_PT_compositor,
+    TRUE_DIFFUSE_PT_passes,
     TRUE_DIFFUSE_PT_ray_visibility,
     TRUE_DIFFUSE_PT_light,
     TRUE_DIFFUSE_PT_light_beam,

@@ -6,7 +6,7 @@ lists.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ..blender.glsl import FULLSCREEN_VERTEX_SHADER, SHADERS, source
 from .expressions import WIDTHS, Code, attribute_name
@@ -226,6 +226,11 @@ def accumulate_program() -> Program:
 def resolve_program() -> Program:
     """Return the program that draws the mean of all samples."""
     return _fullscreen_program("resolve", ("sum_map",), {"weight": "FLOAT", "corner": "VEC2"})
+
+
+def depth_program() -> Program:
+    """Return the program that turns the depth of surfaces into their distance along the view's axis."""
+    return replace(_fullscreen_program("depth", (), {"distances": "VEC4"}), samplers={"depth_map": "DEPTH_2D"})
 
 
 def _fullscreen_program(

@@ -26,6 +26,7 @@ from .program import (
     Program,
     Variant,
     accumulate_program,
+    depth_program,
     reads_table,
     resolve_program,
     shadow_program,
@@ -232,6 +233,20 @@ class Renderer:
         pixels = resolved.read()
         pixels.dimensions = 4 * targets.width * targets.height
         return pixels
+
+    def read_distances(self, view: View) -> gpu.types.Buffer:
+        """Return how far the last sample's surfaces are along the axis of `view` [m], 1e10 without one; rows from the bottom."""
+        targets = self._targets
+        found = gpu.types.GPUTexture((targets.width, targets.height), format="R32F")
+        with PROGRAM_LOCK, gpu.types.GPUFrameBuffer(color_slots=found).bind():
+            shader = _bound(depth_program)
+            shader.uniform_sampler("depth_map", targets.depth)
+            shader.uniform_float("distances", view.distances)
+            self._triangle.draw(shader)
+            gpu.shader.unbind()  # else Blender keeps what forget_shaders frees
+        distances = found.read()
+        distances.dimensions = targets.width * targets.height
+        return distances
 
     def _update_shadows(self, view: View) -> None:
         """Draw the shadow maps for `view`, unless they are up to date."""

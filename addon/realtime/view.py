@@ -14,7 +14,8 @@ BLACKMAN_HARRIS = (0.35875, -0.48829, 0.14128, -0.01168)  # Blackman and Harris'
 class View:
     """A camera. `projection` takes a point of the world to the clip space of `width` x `height` pixels.
 
-    `eye` is its position [m] in perspective, and the unit vector towards it in a parallel projection.
+    `eye` is its position [m] in perspective, and the unit vector towards it in a parallel projection. What has the depth d in clip
+    space, -1 to 1, is (x + y d) / (z + w d) of `distances` away along the view's axis [m].
     """
 
     projection: Matrix
@@ -22,6 +23,7 @@ class View:
     is_perspective: bool
     width: int
     height: int
+    distances: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 0.0)
 
     def cropped(self, x: int, y: int, width: int, height: int) -> "View":
         """Return the view of a rectangle of the picture in pixels; `x`, `y` is its corner at the bottom left."""
@@ -59,6 +61,12 @@ def matrix_to_bytes(matrix: Matrix) -> bytes:
 def eye_of(matrix: Matrix, is_perspective: bool) -> Vector:
     """Return View.eye for a camera placed by `matrix`, which looks along its -z axis."""
     return matrix.translation.copy() if is_perspective else (matrix.to_3x3() @ Vector((0.0, 0.0, 1.0))).normalized()
+
+
+def distances_of(projection: Matrix, is_perspective: bool) -> tuple[float, float, float, float]:
+    """Return View.distances of a camera's `projection`, from its own space, in which it looks along -z, to clip space."""
+    slope, offset = projection[2][2], projection[2][3]
+    return (offset, 0.0, slope, 1.0) if is_perspective else (offset, -1.0, slope, 0.0)
 
 
 def sample_offset(sample: int, size: float) -> tuple[float, float]:
