@@ -153,8 +153,9 @@ def _is_decided(socket: bpy.types.NodeSocket, index: int) -> bool:
 
 def _decided(node: bpy.types.Node, preset: Preset) -> Iterator[str]:
     """Yield a note for each input whose value is not the preset's, since something else decides it."""
+    values = _values(preset, _group(node))
     for index, socket in enumerate(node.inputs):
-        if socket.name not in _values(preset, _group(node)) or not _is_decided(socket, index):
+        if socket.name not in values or not _is_decided(socket, index):
             continue
         source = linked_output(socket)
         if source and source.node.label == TO_MILLIMETERS:
@@ -163,6 +164,7 @@ def _decided(node: bpy.types.Node, preset: Preset) -> Iterator[str]:
 
 
 def _has(node: bpy.types.Node, preset: Preset) -> bool:
+    """Return whether the unlinked inputs of the `node` of ours are those of `preset`, to the precision of Blender's floats."""
     for name, value in _values(preset, _group(node)).items():
         socket = node.inputs.get(name)
         if socket is None or socket.is_linked:

@@ -224,10 +224,12 @@ def draw_convert(self: bpy.types.Menu, context: bpy.types.Context) -> None:
 
 
 def draw_convert_nodes(self: bpy.types.Menu, context: bpy.types.Context) -> None:
-    """Draw the entries at the end of the Shader Editor's context menu, on nodes that they are for."""
+    """Draw the entries at the end of the Shader Editor's context menu of a material, on nodes that they are for."""
+    if material_of(context) is None:
+        return
     operators = [each for each in (TRUE_DIFFUSE_OT_convert_nodes, TRUE_DIFFUSE_OT_revert) if each.poll(context)]
-    if operators:
-        self.layout.separator()
+    self.layout.separator()
+    self.layout.popover(TRUE_DIFFUSE_PT_gallery.__name__, text="True Diffuse Presets")
     for operator in operators:
         self.layout.operator(operator.bl_idname)
 
