@@ -68,9 +68,9 @@ PRESET_MENUS = (TRUE_DIFFUSE_MT_matte, TRUE_DIFFUSE_MT_skin, TRUE_DIFFUSE_MT_tra
 
 
 class TRUE_DIFFUSE_PT_gallery(bpy.types.Panel):
-    """All presets, for the material of the editor; for the selected objects in the 3D Viewport"""
+    """All presets: for the material of the editor, in the 3D Viewport for the selected objects"""
 
-    bl_label = "Presets"
+    bl_label = "True Diffuse Presets"
     bl_space_type = "TOPBAR"  # drawn as a popover alone
     bl_region_type = "HEADER"
     bl_ui_units_x = round(GALLERY_COLUMNS * (PICTURE_SIZE + 1.0))
@@ -172,6 +172,12 @@ def picture(preset: "Preset") -> int:
     return pictures[preset.key].icon_id
 
 
+def draw_gallery_entry(layout: bpy.types.UILayout) -> None:
+    """Draw a menu's entry that opens the gallery in the menu's place; a popover beside it would close as the mouse goes there."""
+    entry = layout.operator("wm.call_panel", text=f"{TRUE_DIFFUSE_PT_gallery.bl_label}...")
+    entry.name, entry.keep_open = TRUE_DIFFUSE_PT_gallery.__name__, False
+
+
 def draw_common(layout: bpy.types.UILayout) -> None:
     """Draw the presets, which all menus have."""
     for menu in PRESET_MENUS:
@@ -217,7 +223,7 @@ def draw_object_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
 def draw_convert(self: bpy.types.Menu, context: bpy.types.Context) -> None:
     """Draw the entries at the end of the context menus of objects and of materials."""
     self.layout.separator()
-    self.layout.popover(TRUE_DIFFUSE_PT_gallery.__name__, text="True Diffuse Presets")
+    draw_gallery_entry(self.layout)
     self.layout.operator(TRUE_DIFFUSE_OT_convert.bl_idname)
     if TRUE_DIFFUSE_OT_revert.poll(context):
         self.layout.operator(TRUE_DIFFUSE_OT_revert.bl_idname)
@@ -229,7 +235,7 @@ def draw_convert_nodes(self: bpy.types.Menu, context: bpy.types.Context) -> None
         return
     operators = [each for each in (TRUE_DIFFUSE_OT_convert_nodes, TRUE_DIFFUSE_OT_revert) if each.poll(context)]
     self.layout.separator()
-    self.layout.popover(TRUE_DIFFUSE_PT_gallery.__name__, text="True Diffuse Presets")
+    draw_gallery_entry(self.layout)
     for operator in operators:
         self.layout.operator(operator.bl_idname)
 
