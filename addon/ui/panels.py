@@ -235,9 +235,9 @@ def draw_lights(layout: bpy.types.UILayout, context: bpy.types.Context, node: bp
     tree = chosen_lights.tree_inside(node.node_tree)
     is_linked = tree is not None and tree.library is not None
     if not chosen:
-        first, *rest = textwrap.wrap(f"No light is chosen: {without_lights(summary)}", LINE_LENGTH)
-        layout.label(text=first, icon="ERROR")
-        _caption(layout, *rest)
+        layout.label(text="No light is chosen", icon="ERROR")
+        text = without_lights(summary)
+        _caption(layout, f"{text[0].upper()}{text[1:]}")
     elif not is_linked:
         layout.label(text=f"{len(chosen)} of up to {chosen_lights.SLOTS} chosen")
     column = layout.column(align=True)
