@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The extension while it is registered: what it adds to Blender, and operators of no other test's."""
 
+import re
 import subprocess
 import sys
 from array import array
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 
@@ -14,11 +16,14 @@ from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 
 import true_diffuse
+from support import Layout
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
 from true_diffuse.addon.nodes.chosen_lights import LIGHTS
+from true_diffuse.addon.operators.base import counted, counted_names
+from true_diffuse.addon.operators.context import editor_obstacle
 from true_diffuse.addon.ui import menus
 from true_diffuse.scenes import subject
 
@@ -169,3 +174,57 @@ def test_file_renders_the_same_without_the_extension(tmp_path: Path) -> None:
     bpy.ops.render.render(write_still=True)
     pixels = [array("f", bpy.data.images.load(str(tmp_path / f"{name}.exr")).pixels[:]) for name in ("alone", "with")]
     assert max(pixels[0]) > 0.1 and pixels[0] == pixels[1]  # Cycles' random numbers are the same
+
+
+def test_messages_count_and_name_in_plain_english() -> None:
+    names = [f"M{k}" for k in range(6)]
+    assert [counted(number, "material") for number in (0, 1, 2)] == ["0 materials", "1 material", "2 materials"]
+    assert counted_names(names[:1], "material") == "1 material: M0"
+    assert counted_names(names[:4], "material") == "4 materials: M0, M1, M2, M3"
+    assert counted_names(names[:5], "material") == "5 materials: M0, M1, M2 and 2 more"
+    assert counted_names([], "material") == "no material"
+
+
+@pytest.mark.usefixtures("registered")
+def test_operators_say_what_they_did(capfd: pytest.CaptureFixture[str]) -> None:
+    bpy.ops.mesh.primitive_cube_add()
+    for name in ("Skin", "Shirt", "Boots"):
+        bpy.context.object.data.materials.append(bpy.data.materials.new(name))  # with a Principled BSDF
+
+    def said(operator: str, **options: str) -> str:
+        capfd.readouterr()
+        getattr(bpy.ops.true_diffuse, operator)(**options)
+        (line,) = re.findall("Info: (.*)", capfd.readouterr().out)
+        return line
+
+    colors = [tuple(material.diffuse_color) for material in bpy.data.materials]
+    assert said("convert") == "Converted 3 materials: Skin, Shirt, Boots"
+    assert said("convert") == "Already True Diffuse"
+    assert [tuple(material.diffuse_color) for material in bpy.data.materials] == colors  # Solid view shows what it did
+    assert said("revert") == "Reverted 3 materials: Skin, Shirt, Boots"
+    assert said("match_engines").startswith("Converted no material; ")
+    assert said("match_engines") == "EEVEE is set up like Cycles already"
+    glow = bpy.data.materials.new("Glow")
+    glow.node_tree.nodes.clear()
+    bpy.context.object.data.materials.clear()
+    bpy.context.object.data.materials.append(glow)
+    assert said("convert") == "No Diffuse, Principled or Subsurface Scattering BSDF is used in 1 material: Glow"
+    for name in ("Key", "Rim"):
+        bpy.context.scene.collection.objects.link(bpy.data.objects.new(name, bpy.data.lights.new(name, "SUN")))
+    assert said("use_selected_lights") == "Chose 2 lights: Key, Rim"
+    assert said("toggle_light", light="Key") == "Removed Key; chosen now: Rim"
+    assert said("toggle_light", light="Rim") == "Removed Rim; no light is chosen now"
+    assert said("toggle_light", light="Key") == "Added Key; chosen now: Key"
+
+
+@pytest.mark.usefixtures("registered")
+def test_nodes_of_lights_and_worlds_have_no_menu_of_ours() -> None:
+    light = bpy.data.lights.new("Key", "POINT")
+    for owner, is_ours in ((bpy.data.materials.new("Clay"), True), (light, False), (bpy.data.worlds.new("Sky"), False)):
+        space = SimpleNamespace(type="NODE_EDITOR", tree_type="ShaderNodeTree", id=owner, edit_tree=owner.node_tree)
+        editor = SimpleNamespace(space_data=space)
+        for draw in (menus.draw_add_menu, menus.draw_node_menu):
+            layout = Layout()
+            draw(SimpleNamespace(layout=layout), editor)
+            assert len(layout.offered) == is_ours
+        assert bool(editor_obstacle(editor)) != is_ours

@@ -225,6 +225,33 @@ def test_quality_for_chosen_lights_without_one_is_not_called_exact() -> None:
     assert stated(material) == message
 
 
+@pytest.mark.parametrize("change", ["type", "data"])
+def test_chosen_light_of_another_type_or_data_is_followed(change: str) -> None:
+    """As in the Light tab: a point light becomes a sun, or the object gets the data of another light."""
+
+    def followed() -> tuple[int, set[str], set[bpy.types.ID]]:
+        tree = chosen_lights.LIGHTS.ensure()
+        variables = [variable for curve in tree.animation_data.drivers for variable in curve.driver.variables]
+        return len(tree.nodes), {variable.type for variable in variables}, {variable.targets[0].id for variable in variables}
+
+    item = light("Key")
+    bpy.context.view_layer.update()
+    chosen_lights.choose([item])
+    before = followed()
+    if change == "type":
+        item.data.type = "SUN"
+    else:
+        item.data = bpy.data.lights.new("Other", "SUN")
+    bpy.context.view_layer.update()
+    now = followed()
+    chosen_lights.choose([item])
+    assert now == followed() != before and chosen_lights.chosen() == [item]
+    item.data.energy = 5.0
+    nodes = chosen_lights.LIGHTS.ensure().nodes[:]
+    bpy.context.view_layer.update()
+    assert chosen_lights.LIGHTS.ensure().nodes[:] == nodes  # not made anew where only a value changes
+
+
 def test_panel_says_of_chosen_lights_that_they_are_hidden_or_elsewhere() -> None:
     lights, material = [light(f"Light {k}") for k in range(3)], clay(Quality="Exact for Chosen Lights")
     chosen_lights.choose(lights)

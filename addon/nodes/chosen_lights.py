@@ -11,6 +11,7 @@ from contextlib import contextmanager
 
 import bpy
 
+from ..blender.id_properties import LIGHT_TYPES
 from .graph import Graph, Group, Number, Socket, Value
 
 SLOTS = 4
@@ -131,6 +132,8 @@ def choose(lights: Sequence[bpy.types.Object]) -> None:
         if light.type != "LIGHT":
             raise ValueError(f"{light.name} is not a light")
     LIGHTS.rebuild(lambda graph: build(graph, lights))
+    for tree in LIGHTS.trees():
+        tree[LIGHT_TYPES] = _types(lights)
 
 
 def chosen() -> list[bpy.types.Object]:
@@ -149,10 +152,21 @@ def following(lights: Sequence[bpy.types.Object]) -> Generator[None]:
         choose(before)
 
 
-def drop_deleted() -> None:
-    """Clear the slots whose lights have been deleted."""
-    for tree in LIGHTS.trees():
-        curves = tree.animation_data.drivers if tree.animation_data else ()
-        if any(variable.targets[0].id is None for curve in curves for variable in curve.driver.variables):
-            choose(chosen())
-            return
+def keep_up() -> None:
+    """Make the nodes anew where a chosen light has been deleted, or has another type or other data than they were made for."""
+    if any(map(_is_behind, LIGHTS.trees())):
+        choose(chosen())
+
+
+def _is_behind(tree: bpy.types.ShaderNodeTree) -> bool:
+    curves = tree.animation_data.drivers if tree.animation_data else ()
+    targets = [target for curve in curves for variable in curve.driver.variables for target in variable.targets]
+    if any(target.id is None for target in targets):
+        return True
+    lights = lights_of(tree)
+    data = {target.id for target in targets if target.data_path == "energy"}
+    return data != {light.data for light in lights} or tree.get(LIGHT_TYPES, _types(lights)) != _types(lights)
+
+
+def _types(lights: Sequence[bpy.types.Object]) -> str:
+    return " ".join(light.data.type for light in lights)
