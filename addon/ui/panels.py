@@ -228,16 +228,18 @@ def _draw_losses(layout: bpy.types.UILayout, target: str, lines: Sequence[str] |
 
 def draw_lights(layout: bpy.types.UILayout, context: bpy.types.Context, node: bpy.types.Node, summary: "MaterialSummary") -> None:
     """Draw the lights that the node follows among those of the scene, to choose from; of a linked node just what it follows."""
-    from ..material.summary import without_lights
+    from ..blender.engines import REALTIME
+    from ..material.summary import engine_of, without_lights
     from ..nodes import chosen_lights
 
     chosen, lights = summary.lights, [item for item in context.scene.objects if item.type == "LIGHT"]
     tree = chosen_lights.tree_inside(node.node_tree)
     is_linked = tree is not None and tree.library is not None
     if not chosen:
-        layout.label(text="No light is chosen", icon="ERROR")
+        is_needless = engine_of(context.scene) is REALTIME
+        layout.label(text="No light is chosen", icon="INFO" if is_needless else "ERROR")
         text = without_lights(summary)
-        _caption(layout, f"{text[0].upper()}{text[1:]}")
+        _caption(layout, f"{text[0].upper()}{text[1:]}", *(["in EEVEE and Cycles"] if is_needless else []))
     elif not is_linked:
         layout.label(text=f"{len(chosen)} of up to {chosen_lights.SLOTS} chosen")
     column = layout.column(align=True)

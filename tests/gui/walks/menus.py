@@ -9,6 +9,7 @@ from window import (
     area,
     close_other_windows,
     cube,
+    dress,
     group_of,
     menu,
     middle,
@@ -85,7 +86,10 @@ def operators_say_what_they_did() -> Steps:
 
 def menus() -> Steps:
     view = area("VIEW_3D")
-    yield from open_menu(view, "TRUE_DIFFUSE_MT_object", "object_menu")
+    for theme, scale in (("Blender_Light", 1.0), ("Blender_Light", 1.5), ("Blender_Dark", 1.5), ("Blender_Dark", 1.0)):
+        dress(theme, scale)
+        yield 1.0
+        yield from open_menu(view, "TRUE_DIFFUSE_MT_object", f"object_menu_{theme.lower()}_{scale:g}")
     yield from open_menu(view, "VIEW3D_MT_object_context_menu", "object_context_menu")
     for text, step in (
         ("measure this", "measure"),
@@ -181,8 +185,10 @@ def preferences() -> Steps:
     bpy.context.preferences.active_section = "ADDONS"
     bpy.context.window_manager.addon_search = "True Diffuse"
     bpy.ops.preferences.addon_expand(module=MODULE)
-    yield 2.0
-    picture("preferences")
+    for theme, scale in (("Blender_Light", 1.5), ("Blender_Dark", 1.0)):
+        dress(theme, scale)
+        yield 2.0
+        picture(f"preferences_{theme.lower()}_{scale:g}")
     libraries = bpy.context.preferences.filepaths.asset_libraries
     assert "True Diffuse" in libraries
     bpy.ops.preferences.addon_disable(module=MODULE)
