@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 
 import bpy
 
+import bmesh
 from mathutils import Matrix, Vector
 
 ALBEDO_ATTRIBUTE = "True Diffuse Albedo"  # color attribute of linear colors in [0, 1]
 HEIGHT = 1.8  # meters
+MONKEY_COLOR = (0.55, 0.36, 0.22)
 WHITE = (1.0, 1.0, 1.0)  # of a mesh without paint of ours: it then has the albedo that the scene asks for
 FLAT = 1e-6  # a height below this fraction of the largest extent
 WITH_FACES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}  # types of objects that have faces or become them
@@ -86,6 +88,17 @@ def stand(mesh: bpy.types.Mesh, color: tuple[float, float, float], matrix: Matri
     attribute = mesh.color_attributes.new(ALBEDO_ATTRIBUTE, "FLOAT_COLOR", "POINT")
     attribute.data.foreach_set("color", (*color, 1.0) * len(mesh.vertices))
     return mesh
+
+
+def monkey() -> bpy.types.Mesh:
+    """Return Blender's monkey, painted brown."""
+    mesh = bpy.data.meshes.new("Monkey")
+    shape = bmesh.new()
+    bmesh.ops.create_monkey(shape)
+    bmesh.ops.subdivide_edges(shape, edges=shape.edges, cuts=2, smooth=1.0, use_grid_fill=True)
+    shape.to_mesh(mesh)
+    shape.free()
+    return stand(mesh, MONKEY_COLOR)
 
 
 def from_object(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bpy.types.Mesh:

@@ -169,6 +169,10 @@ class Layout:
         self.root.offered.append(f"{name} {text}{' chosen' if depress else ''}".strip())
         return SimpleNamespace()
 
+    def progress(self, factor: float, text: str = "") -> None:
+        assert 0.0 <= factor <= 1.0
+        self.root.texts.append(text)
+
     def template_icon(self, icon: int, scale: float) -> None:
         self.root.offered.append("plot")
 

@@ -20,7 +20,9 @@ from true_diffuse.addon.material.read import group_node
 from true_diffuse.addon.material.summary import material_summary, stated_error
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
 from true_diffuse.addon.operators import exports as exports_operator
+from true_diffuse.addon.operators import steps
 from true_diffuse.addon.operators import tolerance as tolerance_operator
+from true_diffuse.addon.operators.measure import TRUE_DIFFUSE_OT_measure
 from true_diffuse.addon.probe import exports, measurement
 from true_diffuse.addon.probe.environment import environment
 from true_diffuse.addon.ui import menus, panels, plots
@@ -412,6 +414,43 @@ def test_panel_says_that_blender_lacks_an_exporter(monkeypatch: pytest.MonkeyPat
     assert "USD: no exporter in this Blender" in drawn(material).texts
 
 
+def test_exports_cannot_be_checked_without_an_exporter(monkeypatch: pytest.MonkeyPatch) -> None:
+    with bpy.context.temp_override(material=clay()):
+        assert bpy.ops.true_diffuse.check_exports.poll()
+        monkeypatch.setattr(exports, "exporters", dict)
+        assert not bpy.ops.true_diffuse.check_exports.poll()
+
+
+def test_measure_is_greyed_where_it_cannot_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    def reason() -> str:
+        with bpy.context.temp_override(material=material):
+            assert bpy.ops.true_diffuse.measure.poll() == (TRUE_DIFFUSE_OT_measure.obstacle(bpy.context) == "")
+            return TRUE_DIFFUSE_OT_measure.obstacle(bpy.context)
+
+    material = None
+    assert reason() == "There is no material"
+    material = materials.create_plain("Plain")[0]
+    assert reason() == "No True Diffuse group makes this material's surface"
+    material = clay()
+    assert reason() == ""
+    bpy.context.scene.render.engine = "BLENDER_WORKBENCH"
+    assert "only EEVEE, Cycles and Realtime" in reason()
+    bpy.context.scene.render.engine = CYCLES.identifier
+    work = steps.Work("Measuring Wax", 4.0, iter(()))
+    work.operator = TRUE_DIFFUSE_OT_measure
+    monkeypatch.setattr(steps, "running", [work])
+    assert reason() == "Measuring Wax: wait until it is done, or press Esc to cancel it"
+    monkeypatch.setattr(panels, "running", [work])
+    assert "0 %, Esc cancels" in drawn(material).texts
+    monkeypatch.setattr(steps, "running", [])
+
+    def missing() -> None:
+        raise ImportError
+
+    monkeypatch.setattr(measurement.render, "openimageio", missing)
+    assert "lacks OpenImageIO" in reason()
+
+
 def test_panel_reads_a_material_once_between_its_changes(monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[str] = []
     monkeypatch.setattr(exports, "realtime_losses", lambda material, _scene: read.append(material.name) or [])
@@ -532,9 +571,7 @@ def test_tolerance_sets_quality_and_samples(tmp_path: Path, monkeypatch: pytest.
     bpy.context.object.data.materials.append(material)
     bpy.context.object.data.materials.append(shiny("Balanced", 1.0))  # whose qualities no report has
     instanced = in_instance(clay(Roughness=0.2))
-    monkeypatch.setattr(tolerance_operator, "_report_path", lambda: report(tmp_path))
-    measured = []
-    monkeypatch.setattr(tolerance_operator, "measure", lambda _operator, _context, shown: measured.append(shown))
+    monkeypatch.setattr(tolerance_operator, "report_path", lambda: report(tmp_path))
     quality = material.node_tree.nodes["Rough Diffuse"].inputs["Quality"]
     for percent, expected in (
         (4.0, "Balanced"),
@@ -544,7 +581,6 @@ def test_tolerance_sets_quality_and_samples(tmp_path: Path, monkeypatch: pytest.
         assert bpy.ops.true_diffuse.pick_settings() == {"FINISHED"}
         assert quality.default_value == expected and scene.eevee.taa_render_samples == 4
         assert instanced.node_tree.nodes["Rough Diffuse"].inputs["Quality"].default_value == expected
-    assert measured == [material] * 2
     scene.true_diffuse.error, scene.eevee.taa_render_samples = 0.1, 99
     with pytest.raises(RuntimeError, match=r"Clay.*: EEVEE reaches 0\.5 % at best, with Precise and 4 samples"):
         bpy.ops.true_diffuse.pick_settings()
@@ -555,8 +591,7 @@ def test_tolerance_in_realtime_sets_samples_alone(tmp_path: Path, monkeypatch: p
     bpy.ops.mesh.primitive_cube_add()
     scene, material = bpy.context.scene, clay(Roughness=0.33, Quality="Exact for Chosen Lights")
     bpy.context.object.data.materials.append(material)
-    monkeypatch.setattr(tolerance_operator, "_report_path", lambda: report(tmp_path))
-    monkeypatch.setattr(tolerance_operator, "measure", lambda *_: None)
+    monkeypatch.setattr(tolerance_operator, "report_path", lambda: report(tmp_path))
     scene.render.engine, scene.true_diffuse.error, scene.true_diffuse.samples = REALTIME.identifier, 0.1, 99
     scene.cycles.shading_system = True  # which is Cycles' alone
     assert bpy.ops.true_diffuse.pick_settings() == {"FINISHED"}
@@ -567,14 +602,29 @@ def test_tolerance_in_realtime_sets_samples_alone(tmp_path: Path, monkeypatch: p
 
 
 def test_tolerance_refuses_where_there_is_nothing_to_go_by(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(RuntimeError, match=r"run scripts/report\.py"):  # no preferences, as this is no installed extension
+    with pytest.raises(RuntimeError, match="The scene uses no True Diffuse material"):
         bpy.ops.true_diffuse.pick_settings()
-    monkeypatch.setattr(tolerance_operator, "_report_path", lambda: report(tmp_path, blender="4.2.0"))
+    monkeypatch.setattr(tolerance_operator, "report_path", lambda: report(tmp_path, blender="4.2.0"))
     with pytest.raises(RuntimeError, match=r"Blender 4\.2\.0, this is"):
         bpy.ops.true_diffuse.pick_settings()
     bpy.context.scene.render.engine = "BLENDER_WORKBENCH"
-    with pytest.raises(RuntimeError, match="only for EEVEE, Cycles and Realtime"):
+    with pytest.raises(RuntimeError, match="renders with Workbench: only EEVEE, Cycles and Realtime"):
         bpy.ops.true_diffuse.pick_settings()
+
+
+def test_panel_says_where_the_numbers_come_from(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    bpy.ops.mesh.primitive_cube_add()
+    scene, material = bpy.context.scene, clay(Roughness=0.33)
+    bpy.context.object.data.materials.append(material)
+    assert "This machine is measured at first use" in drawn(material).texts
+    monkeypatch.setattr(tolerance_operator, "report_path", lambda: report(tmp_path))
+    monkeypatch.setattr(panels, "report_path", lambda: report(tmp_path))
+    scene.true_diffuse.error = 1.0
+    assert bpy.ops.true_diffuse.pick_settings() == {"FINISHED"}
+    texts = drawn(material).texts
+    assert texts[-3:] == ["0.5 % expected with 4 samples", "EEVEE, Precise", "By the report report.json"]
+    scene.true_diffuse.error = 2.0
+    assert drawn(material).texts[-4] == "Outdated: other settings"
 
 
 def test_line_covers_its_length_times_its_width() -> None:

@@ -15,6 +15,8 @@ from true_diffuse.addon.closures.lobe import CYCLES as CYCLES_LOBES
 from true_diffuse.addon.closures.lobe import PAIR
 from true_diffuse.addon.closures.lobes import Rendered
 from true_diffuse.addon.material import materials
+from true_diffuse.addon.measure import render
+from true_diffuse.addon.measure.record import Step, advance
 from true_diffuse.addon.models import OrenNayar
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
 from true_diffuse.addon.probe import measurement
@@ -114,10 +116,32 @@ def test_file_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object) -> None:
         raise RuntimeError("the render was cancelled")
 
-    monkeypatch.setattr(measurement, "_seconds", broken)
+    monkeypatch.setattr(render, "radiance", broken)
     with pytest.raises(RuntimeError):
         measurement.measure(material, scene, CountedProgress())
     assert everything() == before
+
+
+@pytest.mark.render
+def test_artist_can_edit_between_the_steps() -> None:
+    """What is measured is the material as it was at the first step: Lambert, of which Cycles is within 0.04 %."""
+    scene = bpy.context.scene
+    scene.render.engine = CYCLES.identifier
+    material = materials.create("Clay", ROUGH_DIFFUSE, Model="Lambert", Color=COLOR, Roughness=SIGMA)
+    model = material.node_tree.nodes["Rough Diffuse"].inputs["Model"]
+    steps, before, count = measurement.steps(material, scene), everything(), 0
+    while isinstance(step := advance(steps), Step):
+        assert everything() == before and step.work == 1.0
+        model.default_value = "Oren-Nayar"
+        bpy.context.view_layer.update()
+        count += 1
+    assert count == measurement.total_work() and step.worst < 0.002 and step.summary.label == "Lambert"
+    assert not step.is_current(measurement.material_summary(material), scene)
+    steps = measurement.steps(material, scene)
+    advance(steps)
+    bpy.data.materials.remove(material)
+    with pytest.raises(measurement.MeasurementError, match="has been deleted"):
+        advance(steps)
 
 
 @pytest.mark.render

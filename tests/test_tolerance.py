@@ -71,6 +71,21 @@ def test_no_more_samples_than_were_measured() -> None:
         choose(report(NOISY), "five", "cycles", "Oren-Nayar", 0.016)
 
 
+def test_benchmark_continues_its_noise_as_independent_samples_do() -> None:
+    """0.2 n^-0.75 up to 16 samples, 0.025 there; then 0.025 sqrt(16 / n)."""
+    steep = curve("Balanced", 0.0, 0.2, 1.0, 0.1) | {"slope": 0.75, "last_samples": 1000}
+    steep["points"] = steep["points"][:2]
+    case = report(steep), "five", "cycles", "Oren-Nayar"
+    assert choose(*case, 0.05).samples == math.ceil(4.0 ** (4.0 / 3.0))
+    assert choose(*case, 0.0101).samples == math.ceil(16.0 * (0.025 / 0.0101) ** 2)
+    assert choose(*case, 0.0101).expected_error == pytest.approx(0.0101, rel=0.01)
+    with pytest.raises(ToleranceError, match="with Balanced and 1000 samples"):  # 0.32 %
+        choose(*case, 0.003)
+    flat = curve("Balanced", 0.0, 0.2, 1.0, 0.1) | {"slope": 0.25, "last_samples": 1000}
+    # 0.2 n^-0.25 falls no faster beyond 256 samples, where it is 0.05
+    assert choose(report(flat), *case[1:], 0.0401).samples == math.ceil((0.2 / 0.0401) ** 4)
+
+
 def test_uncertainty_counts_against_a_quality() -> None:
     sure = curve("Balanced", 0.02, None, 1.0, 0.1)
     unsure = sure | {"floor_uncertainty": 0.02}

@@ -16,7 +16,8 @@ import pytest
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import error, render
-from true_diffuse.scripts.studies.work_precision import curves, fit, page, plot, stability
+from true_diffuse.addon.probe import fit
+from true_diffuse.scripts.studies.work_precision import curves, page, plot, stability
 from true_diffuse.scripts.studies.work_precision.journal import UNITS, Journal
 
 SAMPLES = (1, 4, 16, 64, 256, 1024)
@@ -77,6 +78,12 @@ def test_line_has_fixed_and_per_sample_time() -> None:
     assert falling.per_sample == 0.0 and 1.0 <= falling.fixed <= 2.0
     through = fit.line((1, 10), (0.1, 2.0))  # its intercept would be negative
     assert through.fixed == 0.0 and 0.1 <= through.per_sample <= 0.2
+
+
+def test_power_law_is_found() -> None:
+    found = fit.power(SAMPLES, [0.4 * n**-0.6 for n in SAMPLES])
+    assert found.noise == pytest.approx(0.4) and found.slope == pytest.approx(0.6)
+    assert fit.power((4,), (0.1,)) == fit.Power(0.2, 0.5)  # independent samples
 
 
 def test_pareto_front_keeps_what_nothing_beats() -> None:

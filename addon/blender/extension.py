@@ -22,3 +22,10 @@ def preferences() -> bpy.types.AddonPreferences | None:
 def website() -> str | None:
     """Return the address of the manual's pages that the package's manifest states, None where it states none."""
     return tomllib.loads(MANIFEST.read_text(encoding="utf-8")).get("website")
+
+
+def user_folder() -> Path:
+    """Return the folder for what the extension keeps for this user, which may not exist; of a checkout one beside settings."""
+    if PACKAGE.startswith("bl_ext."):
+        return Path(bpy.utils.extension_path_user(PACKAGE))
+    return Path(bpy.utils.user_resource("CONFIG", path=PACKAGE))

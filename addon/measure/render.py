@@ -136,6 +136,17 @@ def measurement_scene(
         bpy.data.scenes.remove(scene)
 
 
+@contextmanager
+def temporary_data() -> Generator[None]:
+    """Remove all data-blocks created in the context at its end."""
+    before = set(bpy.data.user_map())
+    try:
+        yield
+    finally:
+        kept = {image for image in bpy.data.images if image.type == "RENDER_RESULT"}  # where Blender keeps renders
+        bpy.data.batch_remove(set(bpy.data.user_map()) - before - kept)
+
+
 def openimageio() -> ModuleType:
     """Return Blender's own OpenImageIO. Raises ImportError where Blender was built without it, as some Linux packages are."""
     bpy.utils.expose_bundled_modules()

@@ -23,7 +23,11 @@ class TRUE_DIFFUSE_OT_check_exports(Operator):
 
     @classmethod
     def obstacle(cls, context: bpy.types.Context) -> str:
-        return "There is no material" if material_of(context) is None else ""
+        from ..probe.exports import exporters
+
+        if material_of(context) is None:
+            return "There is no material"
+        return "" if exporters() else "This Blender has neither an exporter of USD nor of glTF"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         return check(self, context, material_of(context))
@@ -40,8 +44,6 @@ def check(operator: Operator, context: bpy.types.Context, material: bpy.types.Ma
     answers[material.session_uid] = answer
     notes = [f"{target}: {line}" for target, lines in answer.lines.items() for line in lines or ()]
     asked = [target for target, lines in answer.lines.items() if lines is not None]
-    if not asked:
-        return operator.cancel_with("This Blender has neither an exporter of USD nor of glTF")
     carried = f"{' and '.join(asked)} {'carry' if len(asked) > 1 else 'carries'} all of it"
     operator.report_with_notes(f"{material.name}: {'not all is carried' if notes else carried}", notes)
     redraw(context)

@@ -1,64 +1,121 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operator that picks the fastest quality and samples for an error."""
+"""The operator that picks the fastest quality and samples for an error, and what it picked in this session."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import bpy
 
-from .base import Operator
-from .context import material_of, scene_obstacle
-from .measure import measure
+from .context import material_of, redraw, scene_obstacle
+from .steps import StepsOperator, Work
+
+if TYPE_CHECKING:
+    from ..probe.benchmark import Variant
+    from ..probe.measurement import RenderSetup
 
 
-class TRUE_DIFFUSE_OT_pick_settings(Operator):
-    """Set quality and samples to the fastest that stay below the error, by the report of this machine, and measure the material"""
+class Picked(NamedTuple):
+    """What was picked for an `error` in % with a `setup`, in `lines` for the panel."""
+
+    error: float
+    setup: "RenderSetup"
+    lines: tuple[str, ...]
+
+
+picked: dict[int, Picked] = {}  # by a scene's session_uid
+
+
+class TRUE_DIFFUSE_OT_pick_settings(StepsOperator):
+    """Set quality and samples to the fastest that stay below the error. What this machine needs for that is measured first, once, \
+in a minute or so for each kind of material; Esc cancels"""
 
     bl_idname = "true_diffuse.pick_settings"
     bl_label = "Pick Settings for Error"
 
     @classmethod
-    def obstacle(cls, context: bpy.types.Context) -> str:
-        return scene_obstacle(context)
+    def obstacle(cls, context: bpy.types.Context, /) -> str:
+        from ..measure.render import openimageio
+        from ..probe.measurement import LACKS_OPENIMAGEIO, MeasurementError, RenderSetup
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        from ..material.summary import engine_of
-        from ..probe import settings
-        from ..probe.environment import environment
-        from ..probe.tolerance import ToleranceError, percent, read_report
-
-        scene, tolerance = context.scene, context.scene.true_diffuse.error / 100.0
-        engine = engine_of(scene)
-        if engine is None:
-            return self.cancel_with(f"Reports have no data for {scene.render.engine.title()}, only for EEVEE, Cycles and Realtime")
+        message = super().obstacle(context) or scene_obstacle(context)
+        if message:
+            return message
         try:
-            report = read_report(_report_path(), environment([]))
-        except ToleranceError as error:
-            return self.cancel_with(error)
-        choices, problems = settings.choose_all(scene, report, tolerance)
+            RenderSetup.of(context.scene)
+            if not report_path():
+                openimageio()
+        except MeasurementError as error:
+            return str(error)
+        except ImportError:
+            return LACKS_OPENIMAGEIO
+        return ""
+
+    def work(self, context: bpy.types.Context) -> Work | None:
+        from ..probe import benchmark
+        from ..probe.measurement import RenderSetup
+
+        self._scene, self._setup = context.scene.session_uid, RenderSetup.of(context.scene)
+        if report_path():
+            return None
+        missing = benchmark.missing(_wanted(context.scene, self._setup), self._setup, benchmark.read())
+        total = benchmark.total_work(missing, self._setup)
+        return Work("Measuring this machine", total, benchmark.steps(missing, self._setup)) if missing else None
+
+    def finish(self, context: bpy.types.Context) -> set[str]:
+        from ..probe import benchmark, settings
+        from ..probe.environment import environment
+        from ..probe.measurement import RenderSetup
+        from ..probe.tolerance import percent, read_report
+
+        if self.result:
+            benchmark.add(self.result)
+        scene, setup = context.scene, self._setup
+        if scene.session_uid != self._scene or RenderSetup.of(scene) != setup:
+            return self.cancel_with("Another scene or engine is in use now: this machine is measured, pick again")
+        path = report_path()
+        if path:
+            report = read_report(path, environment([]))
+            choices, problems = settings.choose_all(scene, lambda _: report, scene.true_diffuse.error / 100.0)
+        else:
+            kept = benchmark.read()
+            choices, problems = settings.choose_all(
+                scene,
+                lambda summary: benchmark.report(benchmark.variants(summary, setup), setup, kept),
+                scene.true_diffuse.error / 100.0,
+            )
         for text in problems if choices else problems[:-1]:
             self.report({"WARNING"}, text)
         if not choices:
             return self.cancel_with(problems[-1] if problems else "The scene uses no True Diffuse material with a Quality")
         samples, linked = settings.apply(scene, choices)
         self.report_linked(linked)
-        picked = ", ".join(dict.fromkeys(choice.variant for choice in choices.values()))
-        expected = max(choice.expected_error for choice in choices.values())
-        self.report(
-            {"INFO"}, f"{engine.label}, {percent(tolerance)}: {picked} with {samples} samples, {percent(expected)} expected"
-        )
-        if material_of(context) in choices:
-            measure(self, context, material_of(context))
+        variants = ", ".join(dict.fromkeys(choice.variant for choice in choices.values()))
+        expected = percent(max(choice.expected_error for choice in choices.values()))
+        asked = percent(scene.true_diffuse.error / 100.0)
+        self.report({"INFO"}, f"{setup.engine.label}, {asked}: {variants} with {samples} samples, {expected} expected")
+        lines = f"{expected} expected with {samples} samples", f"{setup.engine.label}, {variants}"
+        picked[scene.session_uid] = Picked(scene.true_diffuse.error, setup, lines)
+        redraw(context)
+        if not bpy.app.background and material_of(context) in choices and bpy.ops.true_diffuse.measure.poll():
+            bpy.ops.true_diffuse.measure("INVOKE_DEFAULT")
         return {"FINISHED"}
 
 
-def _report_path() -> Path:
+def _wanted(scene: bpy.types.Scene, setup: "RenderSetup") -> "list[Variant]":
+    from ..material.materials import materials_of
+    from ..material.summary import material_summary
+    from ..probe import benchmark
+
+    summaries = filter(None, map(material_summary, materials_of(scene)))
+    return [variant for summary in summaries for variant in benchmark.variants(summary, setup)]
+
+
+def report_path() -> Path | None:
+    """Return the report that is chosen in the preferences; None where this machine's own benchmark is used."""
     from ..blender.extension import preferences
-    from ..probe.tolerance import MAKE, ToleranceError
 
     settings = preferences()
-    if settings is None or not settings.report:
-        raise ToleranceError(f"No report is chosen: {MAKE}, then choose its report.json in the extension's preferences")
-    return Path(bpy.path.abspath(settings.report))
+    return Path(bpy.path.abspath(settings.report)) if settings and settings.report else None
 
 
 CLASSES = (TRUE_DIFFUSE_OT_pick_settings,)

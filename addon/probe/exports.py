@@ -5,7 +5,7 @@ USD and glTF are asked by exporting a small mesh that has the material, and the 
 from a scene of its own into a temporary folder. So nothing of the file changes.
 """
 
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -45,19 +45,24 @@ def realtime_losses(material: bpy.types.Material, scene: bpy.types.Scene) -> lis
     return [str(loss) for loss in render_material(material, 1.0 / unit if unit > 0.0 else 1.0).losses]
 
 
+def exporters() -> dict[str, Callable[[Path], None]]:
+    """Return what exports a scene to a folder, by target; without those that this Blender lacks."""
+    found: dict[str, Callable[[Path], None]] = {}
+    if bpy.app.build_options.usd:
+        found["USD"] = _export_usd
+    if hasattr(bpy.types, "EXPORT_SCENE_OT_gltf"):  # Blender's add-on may be disabled
+        found["glTF"] = _export_gltf
+    return found
+
+
 def check_exports(material: bpy.types.Material, context: bpy.types.Context) -> CarriedBy:
     """Return what USD and glTF do not carry of `material`. Raises RuntimeError where an export fails."""
     lines: dict[str, tuple[str, ...] | None] = {"USD": None, "glTF": None}
-    exports = []
-    if bpy.app.build_options.usd:
-        exports.append(("USD", _export_usd))
-    if hasattr(bpy.types, "EXPORT_SCENE_OT_gltf"):  # Blender's add-on may be disabled
-        exports.append(("glTF", _export_gltf))
     prefix = f"True Diffuse: {material.name}: "
     with TemporaryDirectory() as folder, _scene_with(material, context.scene) as scene:
         waiting = report.take()  # of an export before, not shown yet
         with context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
-            for target, export in exports:
+            for target, export in exporters().items():
                 export(Path(folder))
                 said = report.take()
                 lines[target] = tuple(dict.fromkeys(line.removeprefix(prefix) for line in said if line.startswith(prefix)))

@@ -8,7 +8,7 @@ evenly lit slab. The measurement renders temporary scenes; the artist's data sta
 import math
 from collections.abc import Generator
 from contextlib import contextmanager, nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from statistics import fmean, median
 from typing import NamedTuple
 
@@ -23,7 +23,8 @@ from ..material import materials
 from ..material.read import group_node
 from ..material.summary import MaterialSummary, engine_of, material_summary
 from ..measure import render
-from ..measure.record import Progress
+from ..measure.error import GBuffer
+from ..measure.record import Progress, Step, Steps, WorkError, run_steps
 from ..models.quadrature import NORMAL
 from ..models.vector import from_polar
 from ..nodes import PRINCIPLED, SPECULAR_GROUP, SUBSURFACE, chosen_lights
@@ -36,10 +37,11 @@ TIMED_SIZE, ROUNDS = 192, 3  # pixels across the sphere where the time is measur
 SAMPLES = {EEVEE: 4, CYCLES: 32, REALTIME: 1}  # Realtime's samples are equal here
 SLAB_SAMPLES = {EEVEE: 1, CYCLES: 512, REALTIME: 1}  # EEVEE's slab has no noise
 TIMED_SAMPLES = {EEVEE: 4, CYCLES: 32, REALTIME: 16}
+LACKS_OPENIMAGEIO = "This Blender lacks OpenImageIO, which reads the renders (Debian: python3-openimageio)"
 DARKEST = 1e-4  # color that can be measured
 
 
-class MeasurementError(Exception):
+class MeasurementError(WorkError):
     """The material cannot be measured; the message is one line for the user."""
 
 
@@ -55,9 +57,8 @@ class RenderSetup(NamedTuple):
         """Return the setup of `scene`; raises MeasurementError where it renders with another engine."""
         engine = engine_of(scene)
         if engine is None:
-            raise MeasurementError(
-                f"The scene renders with {scene.render.engine.title()}: only EEVEE, Cycles and Realtime can be measured"
-            )
+            name = scene.render.engine.removeprefix("BLENDER_").title()
+            raise MeasurementError(f"The scene renders with {name}: only EEVEE, Cycles and Realtime can be measured")
         return cls(engine, engine is CYCLES and uses_osl(scene), engine is CYCLES and scene.cycles.device == "GPU")
 
     @property
@@ -66,10 +67,9 @@ class RenderSetup(NamedTuple):
 
         def apply(scene: bpy.types.Scene, samples: int) -> None:
             self.engine.apply(scene, samples)
-            if self.on_gpu:
-                scene.cycles.device = "GPU"
+            scene.cycles.device = "GPU"
 
-        return replace(self.engine, apply=apply)
+        return replace(self.engine, apply=apply) if self.on_gpu else self.engine
 
     @property
     def device(self) -> str:
@@ -118,6 +118,17 @@ class Measurement(NamedTuple):
         """The relative time as text."""
         return f"{self.seconds / self.lambert_seconds:.2f} times Lambert's time"
 
+    @property
+    def meaning(self) -> str:
+        """What was rendered and compared, in sentences."""
+        if self.summary.group == SUBSURFACE.key:
+            views = " and ".join(f"{math.degrees(math.acos(mu)):g}" for mu in VIEW_MUS)
+            what = f"RMS difference of a thick slab's color from the node's Color, sun above it, seen from {views} degrees."
+        else:
+            lights = f"sun at {LIGHT_DEGREES[0]:g} to {LIGHT_DEGREES[-1]:g} degrees from the view, without shadows"
+            what = f"RMS difference from the {self.summary.label} formula on a sphere, {lights}."
+        return f"{what} Time: to render the sphere, over that with a Lambert material."
+
     def text(self) -> str:
         """Return the measurement as one line."""
         return "; ".join((f"{self.variant}: {self.error}, {self.cost}", *self.notes))
@@ -159,89 +170,113 @@ def check(material: bpy.types.Material | None, scene: bpy.types.Scene) -> tuple[
     try:
         render.openimageio()
     except ImportError:
-        raise MeasurementError("This Blender lacks OpenImageIO, which reads the renders (Debian: python3-openimageio)") from None
+        raise MeasurementError(LACKS_OPENIMAGEIO) from None
     return summary, setup
 
 
 def measure(material: bpy.types.Material, scene: bpy.types.Scene, progress: Progress) -> Measurement:
     """Measure `material` in `scene`'s engine, in `total_work` units of `progress`. Raises MeasurementError as `check` does."""
+    return run_steps(steps(material, scene), progress)
+
+
+def steps(material: bpy.types.Material | None, scene: bpy.types.Scene) -> Steps[Measurement]:
+    """Measure `material` as it is at the first step, in `scene`'s engine, a render at a time; `total_work` in all.
+
+    Raises MeasurementError as `check` does, and where the material or its group is deleted meanwhile.
+    """
     summary, setup = check(material, scene)
-    is_slab = summary.group == SUBSURFACE.key
-    with _temporary_scene() as temporary:
-        temporary.cycles.shading_system = setup.osl
-        sphere = sphere_under_sun(SIZE, temporary)
-        with chosen_lights.following([sphere.sun]) if summary.follows_lights else nullcontext():
-            copy = _copy(material)
-            if is_slab:
-                errors = _slab_errors(copy, summary, setup, scene.unit_settings.scale_length, progress)
-            else:
-                errors = _sphere_errors(copy, summary, setup, sphere, progress)
-            seconds, lambert_seconds = _seconds(copy, sphere, setup, progress)
+    assert material is not None  # else check raises
+    probe = _Probe(material.session_uid, summary, setup, scene.unit_settings.scale_length)
+    errors = yield from probe.slab_errors() if summary.group == SUBSURFACE.key else probe.sphere_errors()
+    seconds, lambert_seconds = yield from probe.seconds()
     return Measurement(summary, setup, setup.device, fmean(errors), max(errors), seconds, lambert_seconds)
 
 
-def _sphere_errors(
-    material: bpy.types.Material, summary: MaterialSummary, setup: RenderSetup, sphere: SphereUnderSun, progress: Progress
-) -> list[float]:
-    color = (*summary.rgb("Color"), 1.0)
-    next(node for node in sphere.plain.node_tree.nodes if node.type == "BSDF_DIFFUSE").inputs["Color"].default_value = color
-    errors = []
-    for degrees in LIGHT_DEGREES:
-        with progress.step(f"Light at {degrees:g} degrees", 1.0):
-            _, (error,) = sphere.measure(material, (summary.model,), setup.engine_on_device, SAMPLES[setup.engine], degrees)
-        errors.append(error.rms)
-    return errors
+@dataclass(frozen=True)
+class _Probe:
+    """What is measured: the material with the number `uid`, with the values in `summary`. `surfaces` are those of the sphere."""
 
+    uid: int
+    summary: MaterialSummary
+    setup: RenderSetup
+    scale_length: float
+    surfaces: dict[float, GBuffer] = field(default_factory=dict)
 
-def _slab_errors(
-    material: bpy.types.Material, summary: MaterialSummary, setup: RenderSetup, scale_length: float, progress: Progress
-) -> list[float]:
-    """Return the errors of the slab's color at VIEW_MUS under a sun from above, without the coat, which would reflect the sun."""
-    node = _node(material)
-    coat, node.inputs["Specular"].default_value = node.inputs["Specular"].default_value, 0.0
-    longest_path = max(max(summary.rgb("Subsurface Radius")) * summary.number("Scale"), 1e-3)
-    scene = bpy.data.scenes.new("True Diffuse Slab")
-    scene.cycles.shading_system = setup.osl
-    body = slab(HALF_SPACE * longest_path, scale_length=scale_length, scene=scene)
-    weight, color = summary.number("Subsurface"), summary.rgb("Color")
-    errors = []
-    for mu in VIEW_MUS:
-        view = from_polar(mu, 0.0)
-        reflected = [math.pi * summary.model.radiance(NORMAL, NORMAL, view, channel) for channel in color]
-        expected = [weight * channel + (1.0 - weight) * rough for channel, rough in zip(color, reflected, strict=True)]
-        with progress.step(f"View at {math.degrees(math.acos(mu)):g} degrees", len(LIGHT_DEGREES) / len(VIEW_MUS)):
-            (rendered,) = body.albedos([material], setup.engine_on_device, SLAB_SAMPLES[setup.engine], mu)
-        square = sum((mean.value - value) ** 2 for mean, value in zip(rendered, expected, strict=True))
-        errors.append(math.sqrt(square / sum(value * value for value in expected)))
-    node.inputs["Specular"].default_value = coat
-    return errors
+    @contextmanager
+    def shown(self) -> Generator[tuple[SphereUnderSun, bpy.types.Material]]:
+        """Yield the sphere under a sun, plain in the material's color, and a copy of the material; both are removed again."""
+        material = next((each for each in bpy.data.materials if each.session_uid == self.uid), None)
+        if material is None:
+            raise MeasurementError("The material has been deleted")
+        with render.temporary_data():
+            scene = bpy.data.scenes.new("True Diffuse Probe")
+            scene.cycles.shading_system = self.setup.osl
+            sphere = replace(sphere_under_sun(SIZE, scene), surfaces=self.surfaces)
+            plain = next(node for node in sphere.plain.node_tree.nodes if node.type == "BSDF_DIFFUSE")
+            plain.inputs["Color"].default_value = (*self.summary.rgb("Color"), 1.0)
+            with chosen_lights.following([sphere.sun]) if self.summary.follows_lights else nullcontext():
+                yield sphere, self.copy(material)
 
+    def copy(self, material: bpy.types.Material) -> bpy.types.Material:
+        """Return a copy of `material` whose surface is its group with the values of the summary and no links."""
+        copy = material.copy()
+        node = _node(copy)
+        tree = copy.node_tree
+        tree.animation_data_clear()
+        for other in [other for other in tree.nodes if other != node]:
+            tree.nodes.remove(other)
+        materials.set_inputs(node, self.summary.inputs)
+        materials.show(copy, node)
+        materials.set_thickness(copy)
+        return copy
 
-def _seconds(measured: bpy.types.Material, sphere: SphereUnderSun, setup: RenderSetup, progress: Progress) -> tuple[float, float]:
-    """Return the median render times [s] of `measured` and of Lambert, interleaved; the first renders compile and do not count."""
-    sphere.scene.render.resolution_x = sphere.scene.render.resolution_y = TIMED_SIZE
-    rounds: list[tuple[float, float]] = []
-    for _ in range(1 + ROUNDS):
-        pair = []
-        for material in (measured, sphere.plain):
-            with progress.step("Timing", 1.0):
-                samples = TIMED_SAMPLES[setup.engine]
-                pair.append(sphere.radiance(material, [sphere.sun], None, setup.engine_on_device, samples, shadows=False)[0])
-        rounds.append((pair[0], pair[1]))
-    return median(seconds for seconds, _ in rounds[1:]), median(seconds for _, seconds in rounds[1:])
+    def sphere_errors(self) -> Steps[list[float]]:
+        """Measure the error of the sphere under the sun of LIGHT_DEGREES."""
+        errors = []
+        for degrees in LIGHT_DEGREES:
+            yield Step(f"light at {degrees:g}°", 1.0)
+            with self.shown() as (sphere, material):
+                engine, samples = self.setup.engine_on_device, SAMPLES[self.setup.engine]
+                _, (error,) = sphere.measure(material, (self.summary.model,), engine, samples, degrees)
+            errors.append(error.rms)
+        return errors
 
+    def slab_errors(self) -> Steps[list[float]]:
+        """Measure the error of the slab's color at VIEW_MUS, sun from above, without the coat, which would reflect the sun."""
+        summary, errors = self.summary, []
+        longest_path = max(max(summary.rgb("Subsurface Radius")) * summary.number("Scale"), 1e-3)
+        weight, color = summary.number("Subsurface"), summary.rgb("Color")
+        for mu in VIEW_MUS:
+            yield Step(f"view at {math.degrees(math.acos(mu)):g}°", len(LIGHT_DEGREES) / len(VIEW_MUS))
+            view = from_polar(mu, 0.0)
+            reflected = [math.pi * summary.model.radiance(NORMAL, NORMAL, view, channel) for channel in color]
+            expected = [weight * channel + (1.0 - weight) * rough for channel, rough in zip(color, reflected, strict=True)]
+            with self.shown() as (_, material):
+                _node(material).inputs["Specular"].default_value = 0.0
+                scene = bpy.data.scenes.new("True Diffuse Slab")
+                scene.cycles.shading_system = self.setup.osl
+                body = slab(HALF_SPACE * longest_path, scale_length=self.scale_length, scene=scene)
+                (rendered,) = body.albedos([material], self.setup.engine_on_device, SLAB_SAMPLES[self.setup.engine], mu)
+            square = sum((mean.value - value) ** 2 for mean, value in zip(rendered, expected, strict=True))
+            errors.append(math.sqrt(square / sum(value * value for value in expected)))
+        return errors
 
-def _copy(material: bpy.types.Material) -> bpy.types.Material:
-    """Return a copy of `material` whose surface is its group with no links to its inputs."""
-    copy = material.copy()
-    node = _node(copy)
-    tree = copy.node_tree
-    tree.animation_data_clear()
-    for other in [other for other in tree.nodes if other != node]:
-        tree.nodes.remove(other)
-    materials.show(copy, node)
-    materials.set_thickness(copy)
-    return copy
+    def seconds(self) -> Steps[tuple[float, float]]:
+        """Measure the median render times [s] of the material and of Lambert, interleaved.
+
+        The first renders compile and do not count.
+        """
+        rounds: list[tuple[float, float]] = []
+        for _ in range(1 + ROUNDS):
+            pair = []
+            for is_lambert in (False, True):
+                yield Step("time", 1.0)
+                with self.shown() as (sphere, material):
+                    sphere.scene.render.resolution_x = sphere.scene.render.resolution_y = TIMED_SIZE
+                    shown, samples = sphere.plain if is_lambert else material, TIMED_SAMPLES[self.setup.engine]
+                    pair.append(sphere.radiance(shown, [sphere.sun], None, self.setup.engine_on_device, samples, shadows=False)[0])
+            rounds.append((pair[0], pair[1]))
+        return median(seconds for seconds, _ in rounds[1:]), median(seconds for _, seconds in rounds[1:])
 
 
 def _node(material: bpy.types.Material) -> bpy.types.Node:
@@ -250,17 +285,6 @@ def _node(material: bpy.types.Material) -> bpy.types.Node:
     if found is None:
         raise MeasurementError(f"No True Diffuse group makes the surface of {material.name}")
     return found[0]
-
-
-@contextmanager
-def _temporary_scene() -> Generator[bpy.types.Scene]:
-    """Yield an empty scene; removes all data-blocks created in the context at its end."""
-    before = set(bpy.data.user_map())
-    try:
-        yield bpy.data.scenes.new("True Diffuse Probe")
-    finally:
-        kept = {image for image in bpy.data.images if image.type == "RENDER_RESULT"}  # where Blender keeps renders
-        bpy.data.batch_remove(set(bpy.data.user_map()) - before - kept)
 
 
 def _gpu() -> str:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Chooses qualities and sample counts for the True Diffuse materials of an artist's scene from a report, and sets them."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import bpy
@@ -19,10 +19,12 @@ SCENES = ("face", "five", "sphere")  # of a report; that most like an artist's f
 type Choices = dict[bpy.types.Material, Choice]
 
 
-def choose_all(scene: bpy.types.Scene, report: Mapping[str, Any], tolerance: float) -> tuple[Choices, list[str]]:
+def choose_all(
+    scene: bpy.types.Scene, report_of: Callable[[MaterialSummary], Mapping[str, Any]], tolerance: float
+) -> tuple[Choices, list[str]]:
     """Return the fastest choice for each material of `scene` with an error up to `tolerance`, and a message for each without.
 
-    `tolerance` is a fraction, 0.01 for 1 %.
+    `report_of` returns the report to choose from for a material; `tolerance` is a fraction, 0.01 for 1 %.
     """
     choices, problems = {}, []
     for material in materials_of(scene):
@@ -30,7 +32,7 @@ def choose_all(scene: bpy.types.Scene, report: Mapping[str, Any], tolerance: flo
         if summary is None or summary.group == SPECULAR_GROUP.key:  # of which no report has curves
             continue
         try:
-            choices[material] = _choice(scene, report, summary, tolerance)
+            choices[material] = _choice(scene, report_of(summary), summary, tolerance)
         except ToleranceError as error:
             problems.append(f"{material.name}: {error}")
     return choices, problems

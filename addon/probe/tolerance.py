@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Chooses the fastest quality and sample count whose error, according to a report of this machine, is within a tolerance. No bpy.
 
-The report is the report.json of scripts/report.py: errors and render times of every variant of a model, by sample count. The error
+The report is the report.json of scripts/report.py, or the benchmark of this machine (`benchmark.py`) in the same form: errors and
+render times of every variant of a model, by sample count. The error
 here is the error of the variant relative to the model, taken from the sphere, whose reference is the formula, combined with the
 noise at the sample count, taken from the scene. Other differences between engines do not depend on the quality and do not count.
 Error grows with roughness, so a model is looked up at the smallest measured roughness that is not below its own.
@@ -15,7 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from ..closures.quality import CHOSEN_LIGHTS
-from ..measure.record import LABELS
+from ..measure.record import LABELS, WorkError
+from .fit import INDEPENDENT
 
 VERSION = 2
 SAME = ("machine", "blender")  # keys of the environment that must agree: times of another machine or Blender do not apply
@@ -26,7 +28,7 @@ MAKE = "run scripts/report.py"
 type Curve = Mapping[str, Any]
 
 
-class ToleranceError(Exception):
+class ToleranceError(WorkError):
     """No choice is possible; the message is one line for the user."""
 
 
@@ -130,22 +132,34 @@ class _Variant:
 
     def fastest(self, tolerance: float) -> Choice | None:
         """Return the choice with the fewest samples within `tolerance`; None where there is none."""
-        counts = sorted(point["samples"] for point in self.curve["points"])
-        if self.curve["slope"] is not None and self.highest(counts[-1]) <= tolerance:
+        counts, slope = self.counts, self.curve["slope"]
+        if slope is not None and self.highest(self.last) <= tolerance:
             room = math.sqrt(tolerance**2 - self.floor_high**2)
-            wanted = (self.curve["noise"] / room) ** (1.0 / self.curve["slope"])
-            counts = [min(counts[-1], max(counts[0], math.ceil(wanted)))]
+            wanted = (self.curve["noise"] / room) ** (1.0 / slope)
+            if wanted > counts[-1]:
+                wanted = counts[-1] * (self.noise(counts[-1]) / room) ** (1.0 / min(slope, INDEPENDENT))
+            counts = [min(self.last, max(counts[0], math.ceil(wanted)))]
         return next((self.choice(samples) for samples in counts if self.highest(samples) <= tolerance), None)
 
     def most_accurate(self) -> Choice:
         """Return the choice with the smallest error among the sample counts measured."""
-        return min((self.choice(point["samples"]) for point in self.curve["points"]), key=lambda choice: choice.expected_error)
+        return min(map(self.choice, [*self.counts, self.last]), key=lambda choice: choice.expected_error)
 
     def choice(self, samples: int) -> Choice:
         curve = self.curve
         seconds = curve["seconds_fixed"] + curve["seconds_per_sample"] * samples
         error = math.hypot(self.exact["floor"], self.noise(samples))
         return Choice(curve["engine"], curve["model"], curve["quality"], samples, bool(curve["osl"]), seconds, error)
+
+    @property
+    def counts(self) -> list[int]:
+        """The sample counts that were measured."""
+        return sorted(point["samples"] for point in self.curve["points"])
+
+    @property
+    def last(self) -> int:
+        """The most samples that can be chosen: a benchmark of this machine continues the noise beyond those measured."""
+        return self.counts[-1] if self.curve["slope"] is None else self.curve.get("last_samples", self.counts[-1])
 
     @property
     def floor_high(self) -> float:
@@ -158,8 +172,10 @@ class _Variant:
 
     def noise(self, samples: int) -> float:
         """Return the noise with `samples`: from the fit, or else from the measured error beyond the smallest one."""
-        if self.curve["slope"] is not None:
-            return self.curve["noise"] * samples ** -self.curve["slope"]
+        slope = self.curve["slope"]
+        if slope is not None:
+            measured = min(samples, self.counts[-1])
+            return self.curve["noise"] * measured**-slope * (measured / samples) ** min(slope, INDEPENDENT)
         errors = {point["samples"]: point["error"] for point in self.curve["points"]}
         return math.sqrt(errors[samples] ** 2 - min(errors.values()) ** 2)
 

@@ -13,7 +13,8 @@ from ..operators.exports import TRUE_DIFFUSE_OT_check_exports, answers
 from ..operators.lights import TRUE_DIFFUSE_OT_toggle_light, TRUE_DIFFUSE_OT_use_selected_lights
 from ..operators.measure import TRUE_DIFFUSE_OT_measure, measurements
 from ..operators.presets import SHADED
-from ..operators.tolerance import TRUE_DIFFUSE_OT_pick_settings
+from ..operators.steps import running
+from ..operators.tolerance import TRUE_DIFFUSE_OT_pick_settings, picked, report_path
 from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
 from . import menus, plots
 from .kept import keep
@@ -184,6 +185,7 @@ def draw_accuracy(
     layout.label(text=first, icon="INFO")
     _caption(layout, *rest, *textwrap.wrap(mapped_error(summary, material, scene), LINE_LENGTH))
     layout.operator(TRUE_DIFFUSE_OT_measure.bl_idname)
+    _draw_running(layout, TRUE_DIFFUSE_OT_measure)
     measurement = measurements.get(material.session_uid)
     if measurement is None:
         return
@@ -194,6 +196,14 @@ def draw_accuracy(
         column.active = False
     for line in measurement.lines():
         column.label(text=line)
+    _caption(layout, *textwrap.wrap(measurement.meaning, LINE_LENGTH))
+
+
+def _draw_running(layout: bpy.types.UILayout, operator: type[bpy.types.Operator]) -> None:
+    """Draw how far `operator` is with its steps, if it runs."""
+    for work in running:
+        if work.operator is operator:
+            layout.progress(factor=work.fraction, text=f"{100.0 * work.fraction:.0f} %, Esc cancels")
 
 
 def draw_carried(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
@@ -268,8 +278,26 @@ def draw_lights(layout: bpy.types.UILayout, context: bpy.types.Context, node: bp
 
 def draw_error(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
     """Draw the error to stay below, and the button that picks quality and samples for it."""
+    from ..probe import benchmark
+    from ..probe.measurement import MeasurementError, RenderSetup
+
     layout.prop(scene.true_diffuse, "error")
     layout.operator(TRUE_DIFFUSE_OT_pick_settings.bl_idname)
+    _draw_running(layout, TRUE_DIFFUSE_OT_pick_settings)
+    now = picked.get(scene.session_uid)
+    if now:
+        try:
+            is_current = (now.error, now.setup) == (scene.true_diffuse.error, RenderSetup.of(scene))
+        except MeasurementError:
+            is_current = False
+        column = layout.column(align=True)
+        if not is_current:
+            column.label(text="Outdated: other settings", icon="ERROR")
+            column.active = False
+        for line in now.lines:
+            column.label(text=line)
+    report = report_path()
+    _caption(layout, f"By the report {report.name}" if report else benchmark.source())
 
 
 register, unregister = bpy.utils.register_classes_factory((TRUE_DIFFUSE_PT_material, TRUE_DIFFUSE_PT_node, TRUE_DIFFUSE_PT_scene))

@@ -15,7 +15,8 @@ class TrueDiffusePreferences(bpy.types.AddonPreferences):
 
     report: bpy.props.StringProperty(  # ty: ignore[invalid-type-form] - how Blender's properties are declared
         name="Report",
-        description="Report written by scripts/report.py, used by Pick Settings for Error",
+        description="Report written by scripts/report.py on this machine, which Pick Settings for Error then goes by. "
+        "Without one it measures what it needs by itself",
         subtype="FILE_PATH",
     )
 

@@ -17,12 +17,10 @@ import bpy
 import bmesh
 from mathutils import Vector
 
-from true_diffuse.scenes.subject import WHITE, WITH_FACES, Figure, check, figure, points_of, stand, standing
+from true_diffuse.scenes.subject import WHITE, WITH_FACES, Figure, check, figure, monkey, points_of, stand, standing
 from true_diffuse.scripts.characters import dependencies, reading
 from true_diffuse.scripts.characters.dependencies import Dependencies
 from true_diffuse.scripts.characters.human import human_mesh
-
-MONKEY_COLOR = (0.55, 0.36, 0.22)
 
 type Say = Callable[[str], None]  # is told a line for the user
 
@@ -105,17 +103,7 @@ def check_file(character: str) -> Path:
     return path
 
 
-def _monkey() -> bpy.types.Mesh:
-    mesh = bpy.data.meshes.new("Monkey")
-    shape = bmesh.new()
-    bmesh.ops.create_monkey(shape)
-    bmesh.ops.subdivide_edges(shape, edges=shape.edges, cuts=2, smooth=1.0, use_grid_fill=True)
-    shape.to_mesh(mesh)
-    shape.free()
-    return stand(mesh, MONKEY_COLOR)
-
-
-INCLUDED: dict[str, Callable[[], bpy.types.Mesh]] = {"human": human_mesh, "monkey": _monkey}
+INCLUDED: dict[str, Callable[[], bpy.types.Mesh]] = {"human": human_mesh, "monkey": monkey}
 
 
 def _import_blend(path: Path) -> dict[bpy.types.Scene, str]:

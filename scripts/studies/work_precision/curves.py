@@ -3,10 +3,10 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from statistics import fmean, median
 
 from true_diffuse.addon.measure.record import Record
-from true_diffuse.scripts.studies.work_precision import fit
+from true_diffuse.addon.probe import fit
+from true_diffuse.addon.probe.curves import fitted
 
 TOLERANCES = (0.05, 0.02, 0.01, 0.005)
 # What makes two measured figures of one kind of curve
@@ -29,8 +29,8 @@ def curves(units: Iterable[Record], first: Iterable[Record], noise: Mapping[str,
     for identity, group in groups.items():
         curve: Record = dict(zip(IDENTITY, identity, strict=True))
         curve["reference_error"] = noise.get(curve["scene"], 0.0)
-        curve["points"] = _points(group)
-        curve |= _fitted(group)
+        curve |= fitted(group)
+        curve |= _costs(curve)
         hidden = [f"{tolerance:g}" for tolerance in TOLERANCES if tolerance < curve["reference_error"]]
         curve["beyond"] += [key for key in hidden if key not in curve["beyond"] and curve["seconds_to"][key] is not None]
         own = firsts.get((curve["scene"], curve["engine"], curve["label"]))
@@ -43,48 +43,12 @@ def curves(units: Iterable[Record], first: Iterable[Record], noise: Mapping[str,
     return found
 
 
-def _points(group: Sequence[Record]) -> list[Record]:
-    by_samples: dict[int, list[Record]] = {}
-    for unit in group:
-        by_samples.setdefault(unit["samples"], []).append(unit)
-    points = []
-    for samples, repeats in sorted(by_samples.items()):
-        point: Record = {"samples": samples, "repeats": len(repeats)}
-        for name in ("seconds", "error"):
-            values = [unit[name] for unit in repeats]
-            point |= {name: median(values), f"{name}_low": min(values), f"{name}_high": max(values)}
-        points.append(point)
-    return points
-
-
-def _fitted(group: Sequence[Record]) -> Record:
-    """Return floor, slope and noise, as means over the repeats' own fits, and what each tolerance costs by them."""
-    repeats: dict[int, dict[int, float]] = {}
-    for unit in group:
-        repeats.setdefault(unit["repeat"], {})[unit["samples"]] = unit["error"]
-    # the longest counts have fewer repeats: what the first one gave stands in for those that lack them
-    fits = [fit.fit(list(errors), list(errors.values())) for errors in ({**repeats[0], **own} for own in repeats.values())]
-    floor = fit.mean([one.floor for one in fits])
-    slopes = [one.slope for one in fits if one.slope is not None]
-    noises = [one.noise for one in fits if one.noise is not None]
-    slope = fit.mean(slopes) if len(slopes) == len(fits) else None
-    noise = fmean(noises) if slope else None
-    points = _points(group)
-    line = fit.line([point["samples"] for point in points], [point["seconds"] for point in points])
-    whole = fit.Fit(floor.value, noise, slope.value if slope else None)
-    result: Record = {
-        "floor": floor.value,
-        "floor_uncertainty": floor.uncertainty,
-        "slope": whole.slope,
-        "slope_uncertainty": slope.uncertainty if slope else None,
-        "noise": noise,
-        "seconds_fixed": line.fixed,
-        "seconds_per_sample": line.per_sample,
-        "seconds_to": {},
-        "samples_to": {},
-        "beyond": [],
-    }
-    last = max(point["samples"] for point in points)
+def _costs(curve: Record) -> Record:
+    """Return what each tolerance costs by the fits of a curve."""
+    whole = fit.Fit(curve["floor"], curve["noise"], curve["slope"])
+    line = fit.Line(curve["seconds_fixed"], curve["seconds_per_sample"])
+    result: Record = {"seconds_to": {}, "samples_to": {}, "beyond": []}
+    last = max(point["samples"] for point in curve["points"])
     for tolerance in TOLERANCES:
         samples, key = whole.samples(tolerance), f"{tolerance:g}"
         result["samples_to"][key] = samples

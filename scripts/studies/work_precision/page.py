@@ -5,9 +5,9 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 from true_diffuse.addon.measure.record import LABELS, Record
+from true_diffuse.addon.probe.fit import FLAT
 from true_diffuse.scripts.studies.work_precision import plot
 from true_diffuse.scripts.studies.work_precision.curves import TOLERANCES, seconds
-from true_diffuse.scripts.studies.work_precision.fit import FLAT
 
 TITLES = {
     "sphere": ("Sphere", "Under a sun 60 degrees beside the viewer, without bounces: nothing but the material."),

@@ -18,18 +18,16 @@ from functools import cached_property
 
 import bpy
 
-from mathutils import Vector
-
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
 from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS, PRECISE
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.models import directional_albedo
 from true_diffuse.addon.models.vector import dot
-from true_diffuse.addon.nodes import chosen_lights
-from true_diffuse.scenes import five_characters
+from true_diffuse.addon.probe import scenes
+from true_diffuse.addon.probe.scenes import FiveScene, SphereScene
 from true_diffuse.scenes.elements import uniform_world
-from true_diffuse.scenes.sphere import COLOR, sphere_under_sun
+from true_diffuse.scenes.sphere import COLOR
 from true_diffuse.scenes.subject import ALBEDO_ATTRIBUTE
 from true_diffuse.scripts.characters import character as characters
 from true_diffuse.scripts.characters import face
@@ -38,15 +36,9 @@ from true_diffuse.scripts.studies import face as face_study
 from true_diffuse.scripts.studies.rough import MeasuredModel
 from true_diffuse.scripts.studies.work_precision.variants import SIGMA, Variant, rough, translucent
 
-ALBEDO = 0.8  # of the lightest paint
-DEGREES = 60.0  # between the sphere's sun and the viewer
-SIZE = 64  # pixels across the sphere
-LENS = 100.0  # mm: leaves room at the left for the pixels that give EEVEE's noise another pattern
-FIVE, FACE = (168, 72), (240, 96)  # pixels
-ROOM = 8  # of those, at the left of the five
+FACE = (240, 96)  # pixels
 BSSRDF = 1  # which head: the one in the middle
 NODES = 48  # cosines at which a furnace's albedo is worked out; it is linear between them, to 2e-4
-MASK_SAMPLES, INSIDE = 64, 0.999
 REFERENCE_SEEDS = (1001, 1002)  # none of a variant's
 ANALYTIC, CONVERGED = "analytic", "converged"
 SLOW = {1: 3, 4: 3, 16: 2, 64: 1}  # sample counts of EEVEE and Realtime in the characters and the face, and their repeats
@@ -97,7 +89,7 @@ class TestScene:
 
     def paint(self, material: bpy.types.Material, socket: bpy.types.NodeSocket) -> None:
         """Link the paint of this scene's meshes to a color socket."""
-        materials.paint(material, socket, ALBEDO_ATTRIBUTE, ALBEDO)
+        scenes.paint(material, socket)
 
     def picture(
         self, material: bpy.types.Material, engine: Engine, osl: bool, samples: int, seed: int
@@ -124,28 +116,17 @@ class TestScene:
         return None
 
 
-class Sphere(TestScene):
-    name = "sphere"
+class Sphere(SphereScene, TestScene):
     title = "Sphere under a sun"
     reference_text = "The model's own formula at every pixel: exact."
     extra_samples = (1, 16)
-    suns: Sequence[bpy.types.Object]
-    world: bpy.types.World | None = None
 
     @staticmethod
     def select(used: Sequence[Engine], quick: bool) -> list[Variant]:
         return rough(used, quick, sunlit=True)
 
     def __init__(self, used: Sequence[Engine], quick: bool) -> None:
-        self.built = sphere_under_sun(SIZE, bpy.data.scenes.new(f"Work-Precision {self.title}"))
-        self.built.scene.camera.data.lens = LENS
-        mesh = self.built.sphere.data
-        painted = mesh.color_attributes.new(ALBEDO_ATTRIBUTE, "FLOAT_COLOR", "POINT")
-        painted.data.foreach_set("color", [*(x / ALBEDO for x in COLOR[:3]), 1.0] * len(mesh.vertices))
-        angle = math.radians(DEGREES)
-        towards = Vector((math.sin(angle), -math.cos(angle), 0.0))
-        self.built.sun.matrix_world = towards.to_track_quat("Z", "Y").to_matrix().to_4x4()
-        self.suns = [self.built.sun]
+        super().__init__(f"Work-Precision {self.title}")
         self.variants = self.select(used, quick)
         eevee = {1: 2, 16: 1} if quick else {1: 3, 4: 3, 16: 3, 64: 3, 256: 2}
         cycles = {1: 2, 4: 2, 16: 2, 64: 2} if quick else FULL
@@ -153,18 +134,6 @@ class Sphere(TestScene):
         self.ladders = {EEVEE.key: eevee, CYCLES.key: cycles, REALTIME.key: {1: 2 if quick else 3}}
         self.costs = {EEVEE.key: Cost(0.9, 0.015, 3.0), CYCLES.key: Cost(0.1, 0.003, 0.1), REALTIME.key: Cost(0.05, 0.001, 0.1)}
         self._expected: dict[str, error.Analytic] = {}
-
-    def prepare(self) -> None:
-        chosen_lights.choose(self.suns)
-
-    def picture(
-        self, material: bpy.types.Material, engine: Engine, osl: bool, samples: int, seed: int
-    ) -> tuple[float, array[float]]:
-        self.built.scene.cycles.shading_system = osl
-        self.built.sphere.data.materials[0] = material
-        with render.measurement_scene(self.built.scene, self.built.sphere, *self.suns) as scene:
-            scene.world = self.world
-            return render.radiance(scene, engine, samples, seed)
 
     def error_of(self, variant: Variant, rgb: array[float], takes: Takes) -> float:
         measured = variant.target
@@ -175,8 +144,7 @@ class Sphere(TestScene):
 
     def expected(self, measured: MeasuredModel) -> error.Analytic:
         """Return the radiance of a model at every pixel that faces the light."""
-        camera = tuple(self.built.scene.camera.matrix_world.translation)
-        return error.analytic(self.built.surface(), [measured.formula(SIGMA)], camera, render.light_of(self.built.sun))[0]
+        return self.analytic(measured.formula(SIGMA))
 
 
 class Furnace(Sphere):
@@ -223,8 +191,7 @@ def _between(table: Sequence[float], mu: float) -> float:
     return table[k] + (at - k) * (table[k + 1] - table[k])
 
 
-class Five(TestScene):
-    name = "five"
+class Five(FiveScene, TestScene):
     title = "Five characters"
 
     @staticmethod
@@ -234,9 +201,7 @@ class Five(TestScene):
         return [one for one in everyone if not (one.is_duplicate or (one.engine is EEVEE and one.quality in slow))]
 
     def __init__(self, used: Sequence[Engine], quick: bool, mesh: bpy.types.Mesh, bust: bool = True) -> None:
-        self.built = five_characters.build(mesh, ALBEDO, bust, FIVE)
-        self.scene = self.built.scene
-        render.crop(self.scene, render.Region(ROOM, 0, FIVE[0] - ROOM, FIVE[1]))
+        super().__init__(mesh, bust)
         self.variants = self.select(used, quick)
         eevee, realtime = ({1: 1, 4: 1}, {1: 1, 16: 1}) if quick else (SLOW, SLOW)
         cycles = {1: 2, 4: 2, 16: 2, 64: 1} if quick else FULL
@@ -251,26 +216,6 @@ class Five(TestScene):
     @property
     def reference(self) -> Variant:
         return self.chosen
-
-    def prepare(self) -> None:
-        chosen_lights.choose([self.built.key])
-
-    def picture(
-        self, material: bpy.types.Material, engine: Engine, osl: bool, samples: int, seed: int
-    ) -> tuple[float, array[float]]:
-        self.scene.cycles.shading_system = osl
-        for character in self.built.characters:
-            character.subject.material_slots[0].material = material
-        return render.radiance(self.scene, engine, samples, seed)
-
-    @cached_property
-    def pixels(self) -> Sequence[int]:
-        """The pixels of which every sample falls on a character."""
-        white, node = materials.create_plain("White")
-        node.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
-        for character in self.built.characters:
-            character.subject.material_slots[0].material = white
-        return [pixel for pixel, rho in enumerate(render.mean_albedo(self.scene, CYCLES, MASK_SAMPLES)) if rho >= INSIDE]
 
 
 class Face(TestScene):

@@ -13,12 +13,11 @@ from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
 from true_diffuse.addon.blender.osl import compiles_osl
 from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from true_diffuse.addon.material import materials
-from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
+from true_diffuse.addon.probe.scenes import MEDIUM, Paint, rough_material, translucent_material
 from true_diffuse.scripts.studies.rough import OTHERS, PAPER, MeasuredModel
 
 SIGMA = 0.33  # of the paper's roughest character [radians]; Blender's own closures get it as their roughness
-MEDIUM = PRESETS["skin_2"]  # of the face
 MM = 0.001  # m
 OURS, BLENDERS = "ours", "blender"
 QUALITIES: Mapping[Engine, Sequence[str | None]] = {
@@ -27,8 +26,6 @@ QUALITIES: Mapping[Engine, Sequence[str | None]] = {
     REALTIME: (None,),  # it draws the model itself, whatever the quality
 }
 USUAL = {EEVEE: BALANCED, CYCLES: BALANCED, REALTIME: None}
-
-type Paint = Callable[[bpy.types.Material, bpy.types.NodeSocket], None]
 
 
 @dataclass(frozen=True)
@@ -98,12 +95,7 @@ def others(used: Sequence[Engine]) -> list[Variant]:
 
 def _group(engine: Engine, measured: MeasuredModel, quality: str | None, osl: bool = False, is_extra: bool = False) -> Variant:
     def make(paint: Paint) -> bpy.types.Material:
-        chosen = {} if quality is None else {"Quality": quality}
-        material = materials.create(
-            f"{measured.name} {quality or engine.label}", ROUGH_DIFFUSE, Model=measured.name, Roughness=SIGMA, **chosen
-        )
-        paint(material, material.node_tree.nodes[ROUGH_DIFFUSE.name].inputs["Color"])
-        return material
+        return rough_material(measured.name, SIGMA, quality, paint)
 
     label = ", ".join(
         part for part in ("Rough Diffuse", "OSL" if osl else quality, None if measured is PAPER else measured.name) if part
@@ -158,10 +150,7 @@ def translucent(used: Sequence[Engine], quick: bool) -> list[Variant]:
 
 def _skin(engine: Engine, method: str) -> Variant:
     def make(paint: Paint) -> bpy.types.Material:
-        inputs = {"Method": method, "Subsurface Radius": MEDIUM.inputs["Subsurface Radius"], "Subsurface": 1.0, "Specular": 0.0}
-        material = materials.create(f"Subsurface {method}", SUBSURFACE, **inputs)
-        paint(material, material.node_tree.nodes[SUBSURFACE.name].inputs["Color"])
-        return material
+        return translucent_material(method, paint)
 
     label = f"Subsurface, {method}" if engine is CYCLES else "Subsurface"
     quality = None if engine is REALTIME else method

@@ -12,6 +12,7 @@ from statistics import fmean, stdev
 
 FLAT = 0.03  # errors of all sample counts within this fraction of each other show no noise
 SLOPES = (0.05, 2.0)  # that are looked for
+INDEPENDENT = 0.5  # slope of independent samples
 FEWEST = 3  # sample counts that a slope can be fitted to
 STEPS = 80  # of the search, which makes its interval 2^-50 of what it was
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
@@ -38,6 +39,14 @@ class Fit:
         if self.noise is None or self.slope is None or self.error(1.0) <= tolerance:
             return 1.0
         return max(1.0, (self.noise / math.sqrt(tolerance**2 - self.floor**2)) ** (1.0 / self.slope))
+
+
+@dataclass(frozen=True)
+class Power:
+    """error(n) = noise n^-slope: noise alone."""
+
+    noise: float
+    slope: float
 
 
 @dataclass(frozen=True)
@@ -100,6 +109,20 @@ def _parts(samples: Sequence[float], errors: Sequence[float], slope: float) -> t
     candidates = [both] if min(both) >= 0.0 else [(a / aa, 0.0), (0.0, b / bb)]
     scored = [(x, y, sum((p * x + q * y - 1.0) ** 2 for p, q in rows)) for x, y in candidates]
     return min(scored, key=lambda one: one[2])
+
+
+def power(samples: Sequence[float], errors: Sequence[float]) -> Power:
+    """Return the power law with the least sum of squared residuals of the logarithm, its slope within SLOPES; no error is 0.
+
+    Of one sample count it is the law of INDEPENDENT samples.
+    """
+    if len(samples) == 1:
+        return Power(errors[0] * samples[0] ** INDEPENDENT, INDEPENDENT)
+    x, y = [math.log(n) for n in samples], [math.log(e) for e in errors]
+    middle, height = fmean(x), fmean(y)
+    slope = -sum((a - middle) * (b - height) for a, b in zip(x, y, strict=True)) / sum((a - middle) ** 2 for a in x)
+    slope = min(max(slope, SLOPES[0]), SLOPES[1])
+    return Power(math.exp(height + slope * middle), slope)
 
 
 def line(samples: Sequence[float], seconds: Sequence[float]) -> Line:
