@@ -148,6 +148,7 @@ def _add_input(tree: bpy.types.ShaderNodeTree, socket: Socket, is_open: bool) ->
     item = tree.interface.new_socket(socket.name, in_out="INPUT", socket_type=socket.kind, parent=parent)
     item.description = socket.description
     item.hide_value = socket.hide_value
+    item.optional_label = socket.kind == "NodeSocketMenu"  # so that an entry has the whole width of the node
     if socket.subtype != "NONE":
         item.subtype = socket.subtype
     if socket.default is not None and socket.kind != "NodeSocketMenu":
