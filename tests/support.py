@@ -149,7 +149,7 @@ class Layout:
         self.root.closed += [key] if default_closed else []
         return Layout(self.root), Layout(self.root)
 
-    def label(self, text: str = "", icon: str = "NONE") -> None:
+    def label(self, text: str = "", icon: str = "NONE", icon_value: int = 0) -> None:
         self.root.texts.append(text)
 
     def prop(self, owner: object, name: str, index: int = -1, text: str = "") -> None:

@@ -648,6 +648,21 @@ def test_lambert_is_plotted_as_horizontal_lines() -> None:
             assert max(canvas.pixels[above : above + 3]) < 130
 
 
+def test_legend_explains_the_lines_by_their_colors() -> None:
+    texts = drawn(clay(Roughness=0.5)).texts
+    assert {"Light at", "0°", "30°", "60°", "Oren-Nayar", "Lambert", "Lobes in EEVEE"} <= set(texts)
+    assert {"Red", "Green", "Blue"} <= set(drawn(materials.create("Wax", SUBSURFACE)).texts)
+    assert drawn(clay(Model="Lambert")).texts.count("Lambert") == 1
+    for mark, at_left in (("line", True), ("dashes", True), ("dot", False)):
+        plots.swatch((10, 200, 30), mark)
+        preview = plots._plots[plots._keys["swatch", (10, 200, 30), mark]]
+        size = plots.SWATCH
+        assert tuple(preview.icon_size) == (size, size)
+        middle = preview.icon_pixels[size // 2 * size : (size // 2 + 1) * size]
+        row = [tuple((pixel & 0xFFFFFF).to_bytes(3, "little")) for pixel in middle]
+        assert (row[4] == (10, 200, 30)) == at_left and (row[size // 2] == (10, 200, 30)) == (mark != "dashes")
+
+
 def test_profile_goes_as_far_as_nearly_all_light_of_the_widest_channel() -> None:
     lengths = (1.0, 0.5, 0.2)
     summary = material_summary(

@@ -133,7 +133,7 @@ def draw_presets(layout: bpy.types.UILayout, context: bpy.types.Context, node: b
 
 
 def draw_plots(layout: bpy.types.UILayout, context: bpy.types.Context, summary: "MaterialSummary") -> None:
-    """Draw the lobe, and the profile below the surface where there is one, with captions of their axes."""
+    """Draw the lobe, and the profile below the surface where there is one, with a legend and captions of the axes."""
     from ..material.summary import engine_of
     from ..nodes import SUBSURFACE
 
@@ -142,6 +142,7 @@ def draw_plots(layout: bpy.types.UILayout, context: bpy.types.Context, summary: 
     is_subsurface = summary.group == SUBSURFACE.key
     if is_subsurface and summary.number("Subsurface") > 0.0:
         _plot(layout, context, plots.icon(("profile", key), lambda: plots.profile(summary)))
+        _legend(layout, "", [(plots.swatch(color), channel) for channel, color in plots.CHANNELS.items()])
         _caption(
             layout,
             "Light by distance from where it enters",
@@ -150,22 +151,27 @@ def draw_plots(layout: bpy.types.UILayout, context: bpy.types.Context, summary: 
         )
     if not is_subsurface or summary.number("Subsurface") < 1.0:
         _plot(layout, context, plots.icon(("lobe", engine and engine.key, key), lambda: plots.lobe(summary, engine)))
-        lights = " / ".join(f"{degrees:g}°" for degrees, _ in plots.LIGHTS)
-        _caption(
-            layout,
-            f"Dots: light at {lights}",
-            "Across: view from -90° to 90°",
-            f"Up: radiance, 0 to {plots.TOP:g} times Lambert's",
-            f"Solid: {summary.label}",
-            *([f"Dashed: its lobes in {engine.label}"] if engine and summary.lobe_set(engine) else []),
-            "Gray: Lambert",
-        )
+        _legend(layout, "Light at", [(plots.swatch(color, "dot"), f"{degrees:g}°") for degrees, color in plots.LIGHTS])
+        colors = {"Lambert": plots.IDEAL, summary.label: plots.MODEL}
+        _legend(layout, "", [(plots.swatch(color), label) for label, color in colors.items()])
+        if engine and summary.lobe_set(engine):
+            _legend(layout, "", [(plots.swatch(plots.dimmed(plots.MODEL), "dashes"), f"Lobes in {engine.label}")])
+        _caption(layout, "Across: view from -90° to 90°", f"Up: radiance, 0 to {plots.TOP:g} times Lambert's")
 
 
 def _plot(layout: bpy.types.UILayout, context: bpy.types.Context, icon: int) -> None:
     unit = 20.0 * context.preferences.system.ui_scale
     width = context.region.width / unit if context.region else WIDEST
     layout.template_icon(icon, scale=max(NARROWEST, min(WIDEST, width - 3.0)))
+
+
+def _legend(layout: bpy.types.UILayout, title: str, entries: Sequence[tuple[int, str]]) -> None:
+    """Draw a line of a legend: its `title`, and what each icon stands for."""
+    row = layout.row()
+    if title:
+        row.label(text=title)
+    for icon, text in entries:
+        row.label(text=text, icon_value=icon)
 
 
 def _caption(layout: bpy.types.UILayout, *lines: str) -> None:

@@ -20,12 +20,15 @@ if TYPE_CHECKING:
 type Color = tuple[int, int, int]
 type Points = Sequence[tuple[float, float]]
 
-SIZE = 192  # pixels each way
-BORDER = 8.0  # pixels around the axes
+SIZE = 288  # pixels each way: sharp in a panel at Resolution Scale 1, and nearly so at 1.5
+BORDER = 12.0  # pixels around the axes
+SWATCH = 32  # pixels each way, of a line of the legend
 GROUND, GRID, AXIS, IDEAL = (38, 38, 40), (62, 62, 66), (120, 120, 124), (150, 150, 154)
 LIGHTS: tuple[tuple[float, Color], ...] = ((0.0, (240, 240, 236)), (30.0, (255, 190, 90)), (60.0, (100, 180, 255)))
-CHANNELS: tuple[Color, ...] = ((255, 105, 95), (110, 215, 110), (110, 155, 255))
-LINE, THIN = 1.1, 0.6  # half widths in pixels
+CHANNELS: dict[str, Color] = {"Red": (255, 105, 95), "Green": (110, 215, 110), "Blue": (110, 155, 255)}
+MODEL = LIGHTS[0][1]  # of the legend's line of the model, whose own lines have the colors of the lights
+LINE, THIN, BOLD = 1.7, 0.9, 2.5  # half widths in pixels
+DOT = 6.0  # radius in pixels
 STEP = 3  # degrees between views
 VIEW = 87  # the last view drawn [degrees]
 DASH = 2  # steps between points that a dash is long, and the gap after it
@@ -42,13 +45,15 @@ _keys: dict[object, str] = {}  # names of previews by what they show, the oldest
 class Canvas:
     """A square picture with its axes; x and y of points are fractions of the axes, from the bottom left."""
 
-    def __init__(self) -> None:
-        self.pixels = bytearray(bytes((*GROUND, 255)) * (SIZE * SIZE))
+    def __init__(self, size: int = SIZE) -> None:
+        self.size = size
+        self.pixels = bytearray(bytes((*GROUND, 255)) * (size * size))
 
     def pixel(self, x: float, y: float) -> tuple[float, float]:
         """Return the position in pixels of a point of the axes."""
-        length = SIZE - 1.0 - 2.0 * BORDER
-        return BORDER + length * x, BORDER + length * y
+        border = BORDER * self.size / SIZE
+        length = self.size - 1.0 - 2.0 * border
+        return border + length * x, border + length * y
 
     def line(self, points: Points, color: Color, half: float = LINE) -> None:
         """Draw a line through `points`."""
@@ -61,19 +66,19 @@ class Canvas:
         for first in range(0, len(points) - 1, 2 * DASH):
             self.line(points[first : first + DASH + 1], color, half)
 
-    def dot(self, x: float, y: float, color: Color, radius: float = 4.0) -> None:
+    def dot(self, x: float, y: float, color: Color, radius: float = DOT) -> None:
         """Draw a disc."""
         x, y = self.pixel(x, y)
         self._segment(x, y, x, y, color, radius)
 
     def _segment(self, x0: float, y0: float, x1: float, y1: float, color: Color, half: float) -> None:
         """Draw a line segment. A pixel's coverage is how far its center lies inside the edge plus half a pixel, in [0, 1]."""
-        pixels, reach = self.pixels, half + 0.5
+        pixels, size, reach = self.pixels, self.size, half + 0.5
         dx, dy = x1 - x0, y1 - y0
         square = dx * dx + dy * dy
         red, green, blue = color
-        left, right = max(0, math.ceil(min(x0, x1) - reach)), min(SIZE - 1, math.floor(max(x0, x1) + reach))
-        bottom, top = max(0, math.ceil(min(y0, y1) - reach)), min(SIZE - 1, math.floor(max(y0, y1) + reach))
+        left, right = max(0, math.ceil(min(x0, x1) - reach)), min(size - 1, math.floor(max(x0, x1) + reach))
+        bottom, top = max(0, math.ceil(min(y0, y1) - reach)), min(size - 1, math.floor(max(y0, y1) + reach))
         for y in range(bottom, top + 1):
             for x in range(left, right + 1):
                 t = ((x - x0) * dx + (y - y0) * dy) / square if square > 0.0 else 0.0
@@ -81,7 +86,7 @@ class Canvas:
                 cover = reach - math.hypot(x - x0 - t * dx, y - y0 - t * dy)
                 if cover > 0.0:
                     cover = min(cover, 1.0)
-                    offset = 4 * (y * SIZE + x)
+                    offset = 4 * (y * size + x)
                     pixels[offset] += int((red - pixels[offset]) * cover)
                     pixels[offset + 1] += int((green - pixels[offset + 1]) * cover)
                     pixels[offset + 2] += int((blue - pixels[offset + 2]) * cover)
@@ -117,8 +122,7 @@ def lobe(summary: "MaterialSummary", engine: "Engine | None") -> Canvas:
         canvas.line([(0.0, ideal), (1.0, ideal)], IDEAL, THIN)
         canvas.line(curve(summary.model.radiance), color)
         if lobes:
-            red, green, blue = (channel // 2 + 50 for channel in color)
-            canvas.dashes(curve(lobes.radiance), (red, green, blue))
+            canvas.dashes(curve(lobes.radiance), dimmed(color))
         canvas.dot(0.5 + degrees / 180.0, 0.0, color)
     return canvas
 
@@ -136,7 +140,7 @@ def profile(summary: "MaterialSummary") -> Canvas:
         radii = [reach * ((k + 0.5) / PROFILE_POINTS) ** 2 for k in range(PROFILE_POINTS)] + [reach]
         curves.append([(r / reach, channel * burley.profile(r)) for r in radii])
     highest = max((value for curve in curves for x, value in curve if x >= 1e-3), default=0.0)
-    for curve, shade in zip(curves, CHANNELS, strict=True):
+    for curve, shade in zip(curves, CHANNELS.values(), strict=True):
         seen = [(x, 1.0 + math.log10(value / highest) / DECADES) for x, value in curve if value > 0.0]
         canvas.line([(x, y) for x, y in seen if 0.0 <= y <= 1.02], shade)
     return canvas
@@ -150,6 +154,27 @@ def _profiles(summary: "MaterialSummary") -> list:
     lengths, scale = summary.rgb("Subsurface Radius"), summary.number("Scale")
     colors = summary.rgb("Color")
     return [Burley(length * scale * edge_width(color) / EDGE_WIDTH_25_75) for length, color in zip(lengths, colors, strict=True)]
+
+
+def dimmed(color: Color) -> Color:
+    """Return the color of the lobes for a model's line of that `color`."""
+    red, green, blue = (channel // 2 + 50 for channel in color)
+    return red, green, blue
+
+
+def swatch(color: Color, mark: str = "line") -> int:
+    """Return the icon of a plot's line of that color in a legend; `mark` is "line", "dashes" or "dot"."""
+
+    def draw() -> Canvas:
+        canvas = Canvas(SWATCH)
+        if mark == "dot":
+            canvas.dot(0.5, 0.5, color, 2.0 * BOLD)
+        else:
+            for start, end in ((0.0, 0.3), (0.7, 1.0)) if mark == "dashes" else ((0.0, 1.0),):
+                canvas.line([(start, 0.5), (end, 0.5)], color, BOLD)
+        return canvas
+
+    return icon(("swatch", color, mark), draw)
 
 
 def _axes(rows: int) -> Canvas:
@@ -170,8 +195,11 @@ def icon(key: object, draw: Callable[[], Canvas]) -> int:
     if name is None:
         name = _keys.pop(next(iter(_keys))) if len(_keys) >= KEPT else str(len(_keys))
         preview = _plots.get(name) or _plots.new(name)
-        preview.image_size = SIZE, SIZE
-        preview.image_pixels.foreach_set(array("i", bytes(draw().pixels)))
+        canvas = draw()
+        pixels = array("i", bytes(canvas.pixels))
+        preview.image_size = preview.icon_size = canvas.size, canvas.size  # where it is large, and in a label
+        preview.image_pixels.foreach_set(pixels)
+        preview.icon_pixels.foreach_set(pixels)
     _keys[key] = name
     return _plots[name].icon_id
 
