@@ -650,7 +650,7 @@ def test_lambert_is_plotted_as_horizontal_lines() -> None:
 
 def test_legend_explains_the_lines_by_their_colors() -> None:
     texts = drawn(clay(Roughness=0.5)).texts
-    assert {"Light at", "0°", "30°", "60°", "Oren-Nayar", "Lambert", "Lobes in EEVEE"} <= set(texts)
+    assert {"Dots: angle of the light", "0°", "30°", "60°", "Oren-Nayar", "Lambert", "Lobes in EEVEE"} <= set(texts)
     assert {"Red", "Green", "Blue"} <= set(drawn(materials.create("Wax", SUBSURFACE)).texts)
     assert drawn(clay(Model="Lambert")).texts.count("Lambert") == 1
     for mark, at_left in (("line", True), ("dashes", True), ("dot", False)):

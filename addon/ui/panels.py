@@ -142,21 +142,21 @@ def draw_plots(layout: bpy.types.UILayout, context: bpy.types.Context, summary: 
     is_subsurface = summary.group == SUBSURFACE.key
     if is_subsurface and summary.number("Subsurface") > 0.0:
         _plot(layout, context, plots.icon(("profile", key), lambda: plots.profile(summary)))
-        _legend(layout, "", [(plots.swatch(color), channel) for channel, color in plots.CHANNELS.items()])
+        _legend(layout.row(), [(plots.swatch(color), channel) for channel, color in plots.CHANNELS.items()])
         _caption(
             layout,
-            "Light by distance from where it enters",
+            "Light by distance from its entry",
             f"Across: 0 to {plots.profile_reach(summary):.3g} mm",
             f"Up: R(r) [1/mm²], {plots.DECADES} decades",
         )
     if not is_subsurface or summary.number("Subsurface") < 1.0:
         _plot(layout, context, plots.icon(("lobe", engine and engine.key, key), lambda: plots.lobe(summary, engine)))
-        _legend(layout, "Light at", [(plots.swatch(color, "dot"), f"{degrees:g}°") for degrees, color in plots.LIGHTS])
-        colors = {"Lambert": plots.IDEAL, summary.label: plots.MODEL}
-        _legend(layout, "", [(plots.swatch(color), label) for label, color in colors.items()])
+        _legend(layout.row(), [(plots.swatch(color, "dot"), f"{degrees:g}°") for degrees, color in plots.LIGHTS])
+        lines = {"Lambert": plots.swatch(plots.IDEAL), summary.label: plots.swatch(plots.MODEL)}
         if engine and summary.lobe_set(engine):
-            _legend(layout, "", [(plots.swatch(plots.dimmed(plots.MODEL), "dashes"), f"Lobes in {engine.label}")])
-        _caption(layout, "Across: view from -90° to 90°", f"Up: radiance, 0 to {plots.TOP:g} times Lambert's")
+            lines[f"Lobes in {engine.label}"] = plots.swatch(plots.dimmed(plots.MODEL), "dashes")
+        _legend(layout.column(align=True), [(icon, text) for text, icon in lines.items()])
+        _caption(layout, "Dots: angle of the light", "Across: view from -90° to 90°", f"Up: 0 to {plots.TOP:g} times Lambert's")
 
 
 def _plot(layout: bpy.types.UILayout, context: bpy.types.Context, icon: int) -> None:
@@ -165,13 +165,11 @@ def _plot(layout: bpy.types.UILayout, context: bpy.types.Context, icon: int) -> 
     layout.template_icon(icon, scale=max(NARROWEST, min(WIDEST, width - 3.0)))
 
 
-def _legend(layout: bpy.types.UILayout, title: str, entries: Sequence[tuple[int, str]]) -> None:
-    """Draw a line of a legend: its `title`, and what each icon stands for."""
-    row = layout.row()
-    if title:
-        row.label(text=title)
+def _legend(layout: bpy.types.UILayout, entries: Sequence[tuple[int, str]]) -> None:
+    """Draw what each icon of a plot stands for."""
+    layout.alignment = "LEFT"  # else labels in a row share its width equally, whether they need it or not
     for icon, text in entries:
-        row.label(text=text, icon_value=icon)
+        layout.label(text=text, icon_value=icon)
 
 
 def _caption(layout: bpy.types.UILayout, *lines: str) -> None:

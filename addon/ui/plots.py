@@ -168,7 +168,7 @@ def swatch(color: Color, mark: str = "line") -> int:
     def draw() -> Canvas:
         canvas = Canvas(SWATCH)
         if mark == "dot":
-            canvas.dot(0.5, 0.5, color, 2.0 * BOLD)
+            canvas.dot(0.5, 0.5, color, 3.0 * BOLD)
         else:
             for start, end in ((0.0, 0.3), (0.7, 1.0)) if mark == "dashes" else ((0.0, 1.0),):
                 canvas.line([(start, 0.5), (end, 0.5)], color, BOLD)
