@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What an artist sees of a group's node: its width, its panels, the range of its sliders, and which inputs Blender dims."""
 
+from array import array
 from dataclasses import replace
 
 import bpy
@@ -9,6 +10,7 @@ import pytest
 
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.material import materials, upgrade
+from true_diffuse.addon.material.presets import picture
 from true_diffuse.addon.material.read import read_surface
 from true_diffuse.addon.nodes import GROUPS, PRINCIPLED, ROUGH_DIFFUSE, SUBSURFACE, Group
 from true_diffuse.addon.nodes.model_nodes import ROUGHNESS
@@ -131,3 +133,12 @@ def shown(group: Group, **inputs: materials.Setting) -> bpy.types.Material:
 
 def dimmed(material: bpy.types.Material, group: Group) -> list[str]:
     return [socket.name for socket in material.node_tree.nodes[group.name].inputs if socket.is_inactive]
+
+
+def test_picture_of_standard_specular_shows_its_highlight() -> None:
+    """Its base is red, 0.35 to 0.05: green is 0.39 of red in sRGB, and only a white highlight brings it near red."""
+    image = bpy.data.images.load(str(picture("specular")))
+    pixels = array("f", bytes(4 * len(image.pixels)))
+    image.pixels.foreach_get(pixels)
+    lit = [(red, green) for red, green in zip(pixels[0::4], pixels[1::4], strict=True) if red > 0.5]
+    assert sum(green > 0.8 * red for red, green in lit) > 100  # pixels

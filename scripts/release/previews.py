@@ -22,6 +22,8 @@ from true_diffuse.scripts.cli.startup import run_script, start_blender
 if TYPE_CHECKING:
     import bpy
 
+    from true_diffuse.addon.material.materials import Setting
+
 PICTURES = Path(__file__).resolve().parents[2] / "addon" / "previews"
 SIZE = 128  # pixels: what the Asset Browser keeps
 QUALITY = 55  # of WebP, in percent: some 1 kB each
@@ -33,6 +35,10 @@ LIGHTS = (
     ((1.2, 1.7, 0.9), 0.8, 3.5),  # from behind, through the ear
 )
 WORLD = 0.15
+SHOWN: dict[str, dict[str, "Setting"]] = {  # inputs, by group, where the defaults would look like any other white surface
+    "principled": {"Base Color": (0.1, 0.25, 0.6, 1.0), "Diffuse Roughness": 0.5, "Coat Weight": 1.0},
+    "specular": {"Color": (0.35, 0.05, 0.05, 1.0), "Specular": 0.3, "Exponent": 40.0},
+}
 
 
 def main() -> int:
@@ -58,8 +64,10 @@ def previews(samples: int, out: Path, output: OutputFolder, terminal: Terminal) 
     subject = build(scene)
     engines.use(scene, engines.CYCLES, samples)
     scene.cycles.use_denoising = True
-    subjects = [(preset.key, preset.group, preset.inputs) for preset in PRESETS.values()]
-    subjects += [(group.key, group, {}) for group in GROUPS]
+    subjects = [
+        *((preset.key, preset.group, preset.inputs) for preset in PRESETS.values()),
+        *((group.key, group, SHOWN.get(group.key, {})) for group in GROUPS),
+    ]
     with terminal.progress(len(subjects)) as progress:
         for key, group, inputs in subjects:
             with progress.step(key, 1.0):
