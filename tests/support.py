@@ -165,7 +165,8 @@ class Layout:
         self.root.offered.append(f"{name} {text}".strip())
 
     def operator(self, name: str, text: str = "", icon: str = "NONE", depress: bool = False) -> SimpleNamespace:
-        assert bpy.ops.true_diffuse.__getattr__(name.partition(".")[2]).get_rna_type()
+        module, _, operator = name.partition(".")
+        assert getattr(getattr(bpy.ops, module), operator).get_rna_type()
         self.root.offered.append(f"{name} {text}{' chosen' if depress else ''}".strip())
         return SimpleNamespace()
 

@@ -4,7 +4,9 @@
 Blender's menu search (F3) finds only what stands in the menus of editors, so whatever an artist may search for does.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
+from itertools import product
 from typing import TYPE_CHECKING
 
 import bpy
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
 COLUMNS = 3
 GALLERY_COLUMNS = 6
 PICTURE_SIZE = 3.2  # times an icon's
+BALL_SIZE = 96  # pixels across the picture of what is no preset
 pictures: bpy.utils.previews.ImagePreviewCollection  # of the presets drawn so far, by key; set while the extension is registered
 
 
@@ -68,7 +71,7 @@ PRESET_MENUS = (TRUE_DIFFUSE_MT_matte, TRUE_DIFFUSE_MT_skin, TRUE_DIFFUSE_MT_tra
 
 
 class TRUE_DIFFUSE_PT_gallery(bpy.types.Panel):
-    """All presets: for the material of the editor, in the 3D Viewport for the selected objects"""
+    """All presets, as pictures to click"""
 
     bl_label = "True Diffuse Presets"
     bl_space_type = "TOPBAR"  # drawn as a popover alone
@@ -76,6 +79,7 @@ class TRUE_DIFFUSE_PT_gallery(bpy.types.Panel):
     bl_ui_units_x = round(GALLERY_COLUMNS * (PICTURE_SIZE + 1.0))
 
     def draw(self, context: bpy.types.Context) -> None:
+        """Offer the presets: for the selected objects in the 3D Viewport, else for the editor's material, in place."""
         from ..material.apply_preset import preset_of
         from ..material.presets import PRESETS
 
@@ -165,15 +169,28 @@ def behind_picture(card: bpy.types.UILayout) -> bpy.types.UILayout:
     return button
 
 
-def picture(preset: "Preset") -> int:
-    """Return the icon of a preset's picture, which is read when it is first drawn."""
-    if preset.key not in pictures:
-        pictures.load(preset.key, str(preset.picture), "IMAGE")
-    return pictures[preset.key].icon_id
+def picture(preset: "Preset | None") -> int:
+    """Return the icon of a preset's picture, which is read when it is first drawn; without a preset, that of a gray ball."""
+    key = preset.key if preset else ""
+    if key not in pictures:
+        if preset:
+            pictures.load(key, str(preset.picture), "IMAGE")
+        else:
+            ball = pictures.new(key)
+            ball.image_size, ball.image_pixels_float = (BALL_SIZE, BALL_SIZE), [v for pixel in _ball(BALL_SIZE) for v in pixel]
+    return pictures[key].icon_id
+
+
+def _ball(size: int) -> Iterator[tuple[float, float, float, float]]:
+    """Yield the pixels of a Lambert ball before black, lit from the upper left, row by row from the lowest."""
+    for row, column in product(range(size), repeat=2):
+        x, y = (2.4 * (index + 0.5) / size - 1.2 for index in (column, row))
+        light = max(y - x + math.sqrt(max(1.0 - x * x - y * y, 0.0)), 0.0) / math.sqrt(3.0) if x * x + y * y < 1.0 else 0.0
+        yield (0.6 * light, 0.6 * light, 0.6 * light, 1.0)
 
 
 def draw_gallery_entry(layout: bpy.types.UILayout) -> None:
-    """Draw a menu's entry that opens the gallery in the menu's place; a popover beside it would close as the mouse goes there."""
+    """Draw a menu's entry that opens the gallery in place of the menu: beside it, it would close as the mouse goes there."""
     entry = layout.operator("wm.call_panel", text=f"{TRUE_DIFFUSE_PT_gallery.bl_label}...")
     entry.name, entry.keep_open = TRUE_DIFFUSE_PT_gallery.__name__, False
 

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from ..material.summary import MaterialSummary
 
 LINE_LENGTH = 34  # letters that fit into a sidebar beside an icon
-NO_PICTURE = bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items["MATERIAL"].value
 NARROWEST, WIDEST = 7.0, 13.0  # of a plot, times an icon's size
 
 
@@ -115,12 +114,11 @@ def draw_presets(layout: bpy.types.UILayout, context: bpy.types.Context, node: b
 
     is_current = node is not None and node_summary(node) is not None
     preset = preset_of(node) if is_current else None
-    row = layout.row()
-    card = row.column(align=True)
-    card.ui_units_x = menus.PICTURE_SIZE + 0.5
+    split = layout.split(factor=min(0.5, (menus.PICTURE_SIZE + 0.2) / (_width(context) - 2.0)))
+    card = split.column(align=True)
     menus.behind_picture(card).popover(menus.TRUE_DIFFUSE_PT_gallery.__name__, text="")
-    card.template_icon(menus.picture(preset) if preset else NO_PICTURE, scale=menus.PICTURE_SIZE)
-    column = row.column()
+    card.template_icon(menus.picture(preset), scale=menus.PICTURE_SIZE)
+    column = split.column()
     column.popover(menus.TRUE_DIFFUSE_PT_gallery.__name__, text=preset.name if preset else "Presets")
     if preset:
         column.label(text=preset.kind)
@@ -160,9 +158,13 @@ def draw_plots(layout: bpy.types.UILayout, context: bpy.types.Context, summary: 
 
 
 def _plot(layout: bpy.types.UILayout, context: bpy.types.Context, icon: int) -> None:
+    layout.template_icon(icon, scale=max(NARROWEST, min(WIDEST, _width(context) - 3.0)))
+
+
+def _width(context: bpy.types.Context) -> float:
+    """Return the width of the editor's region, times an icon's size."""
     unit = 20.0 * context.preferences.system.ui_scale
-    width = context.region.width / unit if context.region else WIDEST
-    layout.template_icon(icon, scale=max(NARROWEST, min(WIDEST, width - 3.0)))
+    return context.region.width / unit if context.region else WIDEST
 
 
 def _legend(layout: bpy.types.UILayout, entries: Sequence[tuple[int, str]]) -> None:

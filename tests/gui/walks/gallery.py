@@ -5,13 +5,17 @@ The places to click are those of the default layout in a window of 1600 x 1000 a
 """
 
 from collections.abc import Callable
+from pathlib import Path
 
-from window import Steps, area, cube, group_of, middle, mouse, node_of, picture, point, say
+import bpy
+
+from window import Steps, area, assign, cube, group_of, middle, mouse, node_of, picture, point, say, within
 
 SLOTS_TAB = 1333, 654  # Material, in the Properties editor
 PICTURE = 1384, 466  # what opens the gallery, in the material's panel
-CHALK, FELT = (1094, 578), (1361, 578)  # in that gallery
+CHALK = 1094, 578  # in that gallery
 OBJECT_MENU = 331, 39
+FELT = 1361, 578  # there, too
 EMPTY = 900, 700  # nothing in the 3D Viewport, nor in the Shader Editor
 F3 = 69  # as a key code: xdotool finds no key for the symbol on a display of its own
 at = [0, 0]  # where the mouse is
@@ -53,11 +57,11 @@ def by(way: str, walk: Callable[[], Steps]) -> Steps:
     global clicks
     clicks = 0
     yield from walk()
-    picture(way)
     assert is_chalk(), way
     say(f"{way}: {clicks} clicks")
     mouse("key", "Escape")
     yield 1.0
+    picture(way)
     yield from glide(*EMPTY)
     mouse("key", "ctrl+z")
     yield 2.0
@@ -106,14 +110,63 @@ def sidebar() -> Steps:
     picture("sidebar_panel")
     yield from click(1069, 123)
     picture("sidebar_gallery")
-    yield from click(793, 554)
+    yield from click(844, 235)
 
 
 def shader_right_click() -> Steps:
     yield from click(310, 810, button=3)
     yield from click(221, 954)
     picture("shader_right_click_gallery")
-    yield from click(310, 594)
+    yield from click(59, 594)
+
+
+def add_menu() -> Steps:
+    """The Add menu gives a node, which has to be placed and linked: this is no way of three clicks."""
+    yield from click(260, 40)
+    picture("add_menu_open")
+
+
+def keep_links() -> Steps:
+    """A preset on a material with a texture: what stays is said in the status bar, and the viewport's color stays, too."""
+    tree = bpy.data.materials["Material"].node_tree
+    image = tree.nodes.new("ShaderNodeTexImage")
+    image.location = (-400.0, 300.0)
+    tree.links.new(image.outputs["Color"], tree.nodes["Principled BSDF"].inputs["Base Color"])
+    bpy.ops.ed.undo_push(message="Texture")
+    before = tuple(cube().active_material.diffuse_color)
+    yield from click(*SLOTS_TAB)
+    yield from click(*PICTURE)
+    yield from click(*FELT)
+    mouse("key", "Escape")
+    yield 1.0
+    picture("linked")
+    node = node_of("Material")
+    assert node is not None and node.inputs["Color"].links[0].from_node.type == "TEX_IMAGE"
+    assert tuple(cube().active_material.diffuse_color) == before
+
+
+def look() -> Steps:
+    """The panel, the gallery and Solid view, of a preset and without a material, in the light theme and enlarged."""
+    view, preferences = area("VIEW_3D"), bpy.context.preferences
+    themes = Path(bpy.utils.system_resource("SCRIPTS")) / "presets" / "interface_theme"
+    for theme, scale in (("Blender_Dark", 1.0), ("Blender_Light", 1.0), ("Blender_Light", 1.5), ("Blender_Dark", 1.5)):
+        bpy.ops.script.execute_preset(filepath=str(themes / f"{theme}.xml"), menu_idname="USERPREF_MT_interface_theme_presets")
+        preferences.view.ui_scale = scale
+        name = f"{theme.partition('_')[2].lower()}_{scale:g}"
+        for preset in ("felt", "marble", ""):
+            if preset:
+                assign(cube(), preset)
+            else:
+                cube().active_material = None
+            yield 2.0
+            picture(f"look_{name}_{preset or 'none'}")
+        with within(area("PROPERTIES")):
+            bpy.ops.wm.call_panel("INVOKE_DEFAULT", name="TRUE_DIFFUSE_PT_gallery")
+        yield 2.0
+        picture(f"look_{name}_gallery")
+        mouse("key", "Escape")
+        yield 1.0
+    assert view.type == "VIEW_3D"
 
 
 def walk() -> Steps:
@@ -124,3 +177,10 @@ def walk() -> Steps:
     yield 2.0
     for way in (sidebar, shader_right_click):
         yield from by(way.__name__, way)
+    yield from add_menu()
+    mouse("key", "Escape")
+    yield 1.0
+    view.ui_type = "VIEW_3D"
+    yield 1.0
+    yield from keep_links()
+    yield from look()
