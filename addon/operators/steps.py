@@ -69,7 +69,9 @@ def _draw_status(header: bpy.types.Header, _context: bpy.types.Context) -> None:
 
 
 class StepsOperator(Operator):
-    """Base of operators that do `Work`: from a button or a menu step by step, from a script all at once."""
+    """Base of operators that do `Work`: from a button or a menu step by step (`has_window`), from a script all at once."""
+
+    has_window = False
 
     def work(self, context: bpy.types.Context) -> Work | None:
         """Return the work to do before `finish`, None where there is none. Raises one of ERRORS where it cannot be done."""
@@ -102,6 +104,7 @@ class StepsOperator(Operator):
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         if bpy.app.background:
             return self.execute(context)
+        self.has_window = True
         try:
             self._work = self.work(context)
             if self._work is None or not self._work.advance():

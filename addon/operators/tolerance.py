@@ -26,8 +26,7 @@ picked: dict[int, Picked] = {}  # by a scene's session_uid
 
 
 class TRUE_DIFFUSE_OT_pick_settings(StepsOperator):
-    """Set quality and samples to the fastest that stay below the error. What this machine needs for that is measured first, once, \
-in a minute or so for each kind of material; Esc cancels"""
+    """Set quality and samples to the fastest that stay below the error. Measures this machine first where needed; Esc cancels"""
 
     bl_idname = "true_diffuse.pick_settings"
     bl_label = "Pick Settings for Error"
@@ -65,19 +64,27 @@ in a minute or so for each kind of material; Esc cancels"""
         from ..probe import benchmark, settings
         from ..probe.environment import environment
         from ..probe.measurement import RenderSetup
-        from ..probe.tolerance import percent, read_report
+        from ..probe.tolerance import ToleranceError, percent, read_report
 
+        kept = [*benchmark.read(), *(self.result or ())]
         if self.result:
-            benchmark.add(self.result)
+            try:
+                benchmark.keep(kept)
+            except OSError as error:
+                self.report({"WARNING"}, f"What was measured cannot be kept: {error}")
         scene, setup = context.scene, self._setup
         if scene.session_uid != self._scene or RenderSetup.of(scene) != setup:
             return self.cancel_with("Another scene or engine is in use now: this machine is measured, pick again")
         path = report_path()
         if path:
-            report = read_report(path, environment([]))
+            try:
+                report = read_report(path, environment([]))
+            except ToleranceError as error:
+                return self.cancel_with(f"{error}, or choose none in the preferences")
             choices, problems = settings.choose_all(scene, lambda _: report, scene.true_diffuse.error / 100.0)
+        elif benchmark.missing(_wanted(scene, setup), setup, kept):
+            return self.cancel_with("Materials have changed while this machine was measured: pick again")
         else:
-            kept = benchmark.read()
             choices, problems = settings.choose_all(
                 scene,
                 lambda summary: benchmark.report(benchmark.variants(summary, setup), setup, kept),
@@ -96,7 +103,7 @@ in a minute or so for each kind of material; Esc cancels"""
         lines = f"{expected} expected with {samples} samples", f"{setup.engine.label}, {variants}"
         picked[scene.session_uid] = Picked(scene.true_diffuse.error, setup, lines)
         redraw(context)
-        if not bpy.app.background and material_of(context) in choices and bpy.ops.true_diffuse.measure.poll():
+        if self.has_window and material_of(context) in choices and bpy.ops.true_diffuse.measure.poll():
             bpy.ops.true_diffuse.measure("INVOKE_DEFAULT")
         return {"FINISHED"}
 

@@ -94,7 +94,8 @@ def variants(summary: MaterialSummary, setup: RenderSetup) -> list[Variant]:
 def total_work(measured: Sequence[Variant], setup: RenderSetup) -> float:
     """Return the work of `steps` in the units of its progress."""
     spheres = sum(variant.group != SUBSURFACE.key for variant in measured)
-    return SPHERE_WORK * len(SPHERE_SAMPLES[setup.engine]) * spheres + FIVE_WORK * (1 + len(COUNTS)) * len(measured)
+    fives = 1 + len(COUNTS) + (setup.engine is not REALTIME)
+    return SPHERE_WORK * len(SPHERE_SAMPLES[setup.engine]) * spheres + FIVE_WORK * fives * len(measured)
 
 
 def steps(measured: Sequence[Variant], setup: RenderSetup) -> Steps[list[Record]]:
@@ -154,6 +155,7 @@ class _Bench:
         for all samples.
         """
         units, pictures = list[Record](), list[array[float]]()
+        yield from self.five(variant, COUNTS[0], 0, FIVE_WORK)  # compiles, and does not count
         for samples in COUNTS:
             if len(units) >= LEAST_COUNTS:
                 line = fit.line([unit["samples"] for unit in units], [unit["seconds"] for unit in units])
@@ -238,9 +240,9 @@ def read() -> list[Record]:
     return document["curves"] if isinstance(document, dict) and document.get("version") == VERSION else []
 
 
-def add(found: Sequence[Record]) -> None:
-    """Keep curves beside those that are kept. Raises OSError where the file cannot be written."""
-    document = {"version": VERSION, "environment": environment([]), "curves": [*read(), *found]}
+def keep(found: Sequence[Record]) -> None:
+    """Keep curves, and none but them. Raises OSError where the file cannot be written."""
+    document = {"version": VERSION, "environment": environment([]), "curves": found}
     file = path()
     file.parent.mkdir(parents=True, exist_ok=True)
     whole = file.with_suffix(".new")

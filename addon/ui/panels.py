@@ -297,6 +297,7 @@ def draw_error(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
         except MeasurementError:
             is_current = False
         column = layout.column(align=True)
+        column.scale_y = 0.85
         if not is_current:
             column.label(text="Outdated: other settings", icon="ERROR")
             column.active = False

@@ -14,7 +14,7 @@ from true_diffuse.addon.measure.record import Record
 UNITS, PICTURE = "units.jsonl", "{}.f32"
 ROOT = Path(__file__).resolve().parents[3]
 SOURCES = (
-    *(f"addon/{room}" for room in ("models", "closures", "blender", "nodes", "material", "measure", "realtime")),
+    *(f"addon/{room}" for room in ("models", "closures", "blender", "nodes", "material", "measure", "realtime", "probe")),
     *("scenes", "scripts/characters", "scripts/studies", "shaders"),
 )
 
