@@ -3,6 +3,7 @@
 
 import math
 from itertools import product
+from pathlib import Path
 
 import bpy
 
@@ -339,11 +340,18 @@ def test_preset_is_applied_in_place_and_undone(capsys: pytest.CaptureFixture[str
 
 
 @pytest.mark.usefixtures("registered")
-def test_assigned_preset_says_to_what(capsys: pytest.CaptureFixture[str]) -> None:
+def test_assigned_preset_says_to_what(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     for _ in range(3):
         bpy.ops.mesh.primitive_cube_add()
     assert bpy.ops.true_diffuse.assign_preset(key="chalk") == {"FINISHED"}
     bpy.ops.object.select_all(action="SELECT")
     assert bpy.ops.true_diffuse.assign_preset(key="chalk") == {"FINISHED"}
+    bpy.data.libraries.write(str(tmp_path / "library.blend"), {bpy.data.objects["Cube"]})
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, wanted):
+        wanted.objects = ["Cube"]
+    bpy.context.collection.objects.link(wanted.objects[0])
+    wanted.objects[0].select_set(True)
+    assert bpy.ops.true_diffuse.assign_preset(key="clay") == {"FINISHED"}
     out = capsys.readouterr().out
     assert "Assigned Chalk to Cube.002" in out and "Assigned Chalk to 3 objects" in out
+    assert "Assigned Clay to 3 objects; linked from other files and not changed: Cube" in out

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 from .add import AddNode
-from .base import Operator
+from .base import Operator, counted, listed
 from .context import is_properties_editor, material_of, node_of
 
 if TYPE_CHECKING:
@@ -71,8 +71,8 @@ class TRUE_DIFFUSE_OT_assign_preset(UsePreset, Operator):
         material = create_material(self.preset)
         for item in editable:
             item.active_material = material
-        objects = editable[0].name if len(editable) == 1 else f"{len(editable)} objects"
-        notes = [f"{item.name} is linked from another file and not changed" for item in linked]
+        objects = editable[0].name if len(editable) == 1 else counted(len(editable), "object")
+        notes = [f"linked from other files and not changed: {listed([item.name for item in linked])}"] if linked else []
         self.report_with_notes(f"Assigned {self.preset.name} to {objects}", notes)
         return {"FINISHED"}
 
