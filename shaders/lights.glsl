@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The irradiance of Blender's lights at a point, in Blender's units and without shadows. Every light shines from its center; its size
-// counts where its power depends on it (addon/realtime/lights.py).
+// The irradiance of Blender's lights at a point, in Blender's units and without shadows. Every light shines from one point; the mean
+// over points of it is a light with a size (addon/realtime/lights.py).
 //     sun: E0 = strength      point: E0 = P / (4 pi r^2)      spot: as a point, times its cone      area: E0 = P cos(theta) / (pi r^2)
 // An area light of a spread below 180 degrees has that times (tan(h) - tan(theta)) / (tan(h) - h), as in Cycles.
 // P [W], r [m], E0 the irradiance [W/m^2] on a plane that faces the light, theta the angle from the direction an area light faces.
@@ -13,7 +13,7 @@ struct Light {
     vec4 strength; // rgb: E0 of a sun, P of the others; w: of a spot the part of the cosine over which its cone fades, of an area
                    // light 1 / (tan(h) - h), h half its spread
     vec4 x_axis;   // xyz, with y_axis.xyz: two more axes of a spot, unit vectors unless it is stretched
-    vec4 y_axis;
+    vec4 y_axis;   // w of both: the caller's, which the functions below do not use
 };
 
 // All functions return E0; l: the unit vector from `position` towards the light.

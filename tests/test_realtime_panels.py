@@ -148,11 +148,11 @@ def test_panels_in_node_editors_are_blenders() -> None:
 @pytest.mark.parametrize(
     ("kind", "shape", "expected"),
     [
-        ("POINT", "", {"shadow_soft_size"}),
+        ("POINT", "", {"shadow_soft_size", "use_shadow"}),
         ("SUN", "", {"angle", "use_shadow"}),
         ("SPOT", "", {"shadow_soft_size", "use_shadow", "spot_size", "spot_blend", "show_cone"}),
-        ("AREA", "DISK", {"shape", "size", "spread"}),
-        ("AREA", "RECTANGLE", {"shape", "size", "size_y", "spread"}),
+        ("AREA", "DISK", {"shape", "size", "spread", "use_shadow"}),
+        ("AREA", "RECTANGLE", {"shape", "size", "size_y", "spread", "use_shadow"}),
     ],
 )
 def test_light_has_the_settings_that_are_drawn(kind: str, shape: str, expected: set[str]) -> None:
@@ -240,11 +240,13 @@ SETTINGS = {
     "shadow catchers are drawn as other objects (1): Floor": lambda: setattr(
         link("Floor", bpy.data.meshes.new("Floor")), "is_shadow_catcher", True
     ),
-    "point and area lights cast no shadows (2): Light, Light.001": lambda: (light_object("POINT"), light_object("AREA")),
     "light linking and shadow linking are not followed (1): Light": linked,
     "ray visibility of lights is not followed (1): Light": lambda: setattr(light_object(), "visible_glossy", False),
     "influence of lights is not followed (1): Light": lambda: light_object(diffuse_factor=0.5),
-    "the custom distance of lights is not followed (1): Light": lambda: light_object("SPOT", use_custom_distance=True),
+    "the custom distance of lights is not followed (2): Light, Light.001": lambda: (
+        light_object("SPOT", use_custom_distance=True),
+        light_object("POINT", use_custom_distance=True),
+    ),
     "nodes of lights are not drawn (1): Light": colored_by_nodes,
 }
 
@@ -268,11 +270,13 @@ def test_what_settings_ask_for_that_is_not_drawn_is_said_with_names(setting: str
 
 def test_what_is_not_drawn_of_instances_is_said_once() -> None:
     collection = bpy.data.collections.new("Lights")
-    collection.objects.link(bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT")))
+    lamp = bpy.data.lights.new("Lamp", "POINT")
+    lamp.use_custom_distance = True
+    collection.objects.link(bpy.data.objects.new("Lamp", lamp))
     for name in ("A", "B"):
         empty = link(name, None)
         empty.instance_type, empty.instance_collection = "COLLECTION", collection
-    assert said() == ["Point and area lights cast no shadows (1): Lamp"]
+    assert said() == ["The custom distance of lights is not followed (1): Lamp"]
 
 
 def test_panel_lists_what_the_last_picture_lacks_with_names_and_counts() -> None:

@@ -747,7 +747,7 @@ def test_what_a_scene_does_not_need_is_not_in_its_shader(features: dict[str, dic
         has_image = bool({"NORMAL", "OPACITY"} & set(features))
         assert ("shadow_map" in made.samplers, "image_0" in made.samplers) == (light.shadows, has_image)
         assert ("specular_table" in made.samplers) == ("SPECULAR_TABLE" in needed)
-        assert ("shadows" in made.uniform_blocks) == light.shadows
+        assert ("shadow_tiles" in made.samplers) == light.shadows
         assert len(made.outputs) == (4 if scatters else 1)
         kinds = {name.rsplit("_", 1)[0] for name in set(made.attributes) - {"position", "normal"}}
         assert kinds == ({"uv"} if has_image else set()) | ({"tangent"} if "NORMAL" in features else set())
@@ -830,7 +830,7 @@ MATERIAL_STRUCT = re.search(
 PACKED = {
     "View": View(Matrix(), Vector((0.0, 0.0, 1.0)), True, 1, 1).to_bytes((0.0, 0.0, 0.0), 0),
     "Material": values_to_bytes(METAL.code),
-    "Lights": lights_to_bytes([LIGHT]),
+    "Lights": lights_to_bytes([LIGHT], [0]),
 }
 
 
@@ -840,7 +840,8 @@ def test_block_is_as_long_as_its_struct(kind: str) -> None:
 
 
 def test_lights_beyond_the_most_are_left_out() -> None:
-    assert lights_to_bytes([LIGHT] * (program.MAX_LIGHTS + 3)) == lights_to_bytes([LIGHT] * program.MAX_LIGHTS)
+    most = program.MAX_LIGHTS
+    assert lights_to_bytes([LIGHT] * (most + 3), [1] * (most + 3)) == lights_to_bytes([LIGHT] * most, [1] * most)
 
 
 @pytest.mark.parametrize(("node", "socket"), [("ShaderNodeTexSky", "Color"), ("ShaderNodeTexNoise", "Strength")])

@@ -18,7 +18,7 @@ from .models import GlslModel, glsl_model, with_highlight
 
 MILLIMETER = 0.001  # m
 GRAY = (0.8, 0.8, 0.8)  # Blender's color of faces without a material
-OUR_SAMPLERS = 3  # where objects are, the shadow map and the table of specular albedos
+OUR_SAMPLERS = 4  # where objects are, the shadow map and its tiles, and the table of specular albedos
 FEWEST_SAMPLERS = 16  # of any driver
 
 # The layers and parts of a surface, by the parameter that makes a material have them: each a definition for the shaders

@@ -125,12 +125,8 @@ def _of_object(item: bpy.types.Object) -> Iterator[tuple[str, str]]:
 
 def _of_light(item: bpy.types.Object) -> Iterator[tuple[str, str]]:
     """Yield an icon and what is not drawn of a light."""
-    from .lights import SHADOW_LIGHTS
-
     light, linking = item.data, item.light_linking
     icon = "LIGHT"
-    if light.use_shadow and light.type not in SHADOW_LIGHTS:
-        yield icon, "point and area lights cast no shadows"
     if linking.receiver_collection or linking.blocker_collection:
         yield icon, "light linking and shadow linking are not followed"
     if not (item.visible_diffuse and item.visible_glossy and item.visible_transmission):

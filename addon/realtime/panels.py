@@ -208,8 +208,6 @@ class TRUE_DIFFUSE_PT_light(LightPanel, bpy.types.Panel):
     bl_label = "Light"
 
     def draw(self, context: bpy.types.Context) -> None:
-        from .lights import SHADOW_LIGHTS  # not before it is needed, as enabling must stay quick
-
         layout, light = self.layout, context.light
         layout.row().prop(light, "type", expand=True)
         split(layout)
@@ -227,11 +225,8 @@ class TRUE_DIFFUSE_PT_light(LightPanel, bpy.types.Panel):
         column.prop(light, "normalize")
         layout.separator()
         draw_light_size(layout.column(), light)
-        casts_shadow = light.type in SHADOW_LIGHTS
-        if casts_shadow:
-            layout.prop(light, "use_shadow", text="Cast Shadow")
-        about = "Shines from its center, with a hard shadow" if casts_shadow else "Shines from its center, without a shadow"
-        draw_wrapped(layout, context, about, "INFO")
+        layout.prop(light, "use_shadow", text="Cast Shadow")
+        draw_wrapped(layout, context, "Each sample sees another point of the light: shadows get softer with more samples", "INFO")
 
 
 class TRUE_DIFFUSE_PT_light_beam(LightPanel, bpy.types.Panel):
@@ -300,8 +295,7 @@ def draw_wrapped(layout: bpy.types.UILayout, context: bpy.types.Context, text: s
 
 
 def draw_light_size(column: bpy.types.UILayout, light: bpy.types.Light) -> None:
-    """Draw the light's size, inactive where nothing depends on it: it makes light only where the power is not normalized."""
-    column.active = not light.normalize
+    """Draw the light's size."""
     if light.type == "SUN":
         column.prop(light, "angle")
     elif light.type == "AREA":

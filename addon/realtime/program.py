@@ -18,9 +18,9 @@ LIGHT_TYPES = ("SUN", "POINT", "SPOT", "AREA")  # Blender's; a light's number in
 STRUCTS = {
     "View": "mat4 projection; vec4 camera; vec4 world;",
     "Lights": f"ivec4 count; Light light[{MAX_LIGHTS}];",
-    "Shadows": f"mat4 matrix[{MAX_LIGHTS}]; vec4 tile[{MAX_LIGHTS}]; vec4 texel[{MAX_LIGHTS}];",
     "Gather": "vec4 size; vec4 offset;",
 }
+SHADOW_TEXTURES = ("shadow_map", "shadow_tiles")
 GATHER_MAPS = ("radiance_map", "entering_map", "distance_map", "tint_map")  # the surface shader's outputs, in their order
 # Files of functions that the features of a material need
 FEATURE_STEMS: Mapping[str, tuple[str, ...]] = {
@@ -132,15 +132,15 @@ def surface_program(variant: Variant) -> Program:
     more = [comment, functions, source(*stems), model.more]
     if has_table:
         more.append(_file("specular_albedo"))
-    blocks = {"lights": "Lights"} | ({"shadows": "Shadows"} if lighting.shadows else {})
     return _material_program(
         "true_diffuse_surface",
         variant.inputs,
         definitions,
         more,
         "surface_fragment",
-        samplers=({"shadow_map": "FLOAT_2D"} if lighting.shadows else {}) | ({"specular_table": "FLOAT_2D"} if has_table else {}),
-        blocks=blocks,
+        samplers=(dict.fromkeys(SHADOW_TEXTURES, "FLOAT_2D") if lighting.shadows else {})
+        | ({"specular_table": "FLOAT_2D"} if has_table else {}),
+        blocks={"lights": "Lights"},
         outputs=("out_radiance", *(("out_entering", "out_distance", "out_tint") if variant.subsurface_in_scene else ())),
         declarations=f"struct Light {{{members}}};\n",
     )

@@ -4,6 +4,7 @@
 import atexit
 import struct
 from array import array
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import cache
@@ -99,6 +100,7 @@ class Renderer:
         self._groups: dict[Part, list[int]] = {}
         self._matrices: array[float] | None = None
         self._lights: list[Light] | None = None
+        self._sampled: list[Light] = []  # as the last sample saw them
         self._casting: object = None  # what casts shadows, and where
         self._first: list[int] = []  # the index of the first object of each group in the texture of matrices
         self._calls: dict[
@@ -130,8 +132,7 @@ class Renderer:
         if shadow_codes != self._shadow_codes:
             self._shadow_codes, self._tiles = shadow_codes, None
         if cache.lights is not self._lights:
-            self._lights = cache.lights
-            self._light_block = _uniform_buffer(lights_to_bytes(cache.lights))
+            self._lights, self._tiles = cache.lights, None
         if cache.groups is not self._groups or cache.matrices is not self._matrices:
             self._place_objects()
         attributes = {uid: material.attributes for uid, material in cache.materials.items()}
@@ -191,14 +192,14 @@ class Renderer:
         with PROGRAM_LOCK:
             if any(reads_table(variant.features) for variant, _, _ in self._draws):
                 specular_table()  # now, as it has a framebuffer of its own
-            self._update_shadows(view)
+            self._light(view, 0)
 
     def add(self, view: View, sample: int, filter_size: float, background: Rgba) -> None:
         """Draw one sample of every pixel over `background` and add it to the picture; `filter_size` is in pixels."""
         shifted = view.shifted(*sample_offset(sample, filter_size))
         with PROGRAM_LOCK:
-            if sample and self._has_transparent_shadows and self._tiles:
-                self._draw_shadows(self._tiles, sample)
+            if sample and (self._has_transparent_shadows or any(light.is_soft for light in self.cache.lights)):
+                self._light(view, sample)
             self._draw_surfaces(self._targets, shifted, sample)
             if self._targets.subsurface:
                 self._gather_subsurface(self._targets, shifted, sample)
@@ -248,22 +249,30 @@ class Renderer:
         distances.dimensions = targets.width * targets.height
         return distances
 
-    def _update_shadows(self, view: View) -> None:
-        """Draw the shadow maps for `view`, unless they are up to date."""
-        if not self.cache.lighting().shadows or self._bounds is None:
-            return
-        tiles = shadows.shadow_tiles(self.cache.lights, self._bounds, view)
-        if tiles == self._tiles and not self._has_transparent_shadows:
-            return
-        self._tiles = tiles
-        self._shadow_block = _uniform_buffer(shadows.tiles_to_bytes(tiles))
+    def _light(self, view: View, sample: int) -> None:
+        """Send the lights as a sample of `view` sees them and draw their shadow maps, unless they are up to date."""
+        lights = [light.at_sample(sample, index) for index, light in enumerate(self.cache.lights)]
+        has_shadows = self.cache.lighting().shadows and self._bounds is not None
+        tiles = shadows.shadow_tiles(lights, self._bounds, view) if has_shadows else []
+        is_changed = lights != self._sampled or tiles != self._tiles
+        if is_changed:
+            self._sampled, self._tiles = lights, tiles
+            counts = Counter(tile.light for tile in tiles)
+            self._light_block = _uniform_buffer(lights_to_bytes(lights, [counts[index] for index in range(len(lights))]))
+        if has_shadows and (is_changed or self._has_transparent_shadows):
+            self._draw_shadows(tiles, sample)
+
+    def _allocate_shadows(self, tiles: Sequence[shadows.Tile]) -> None:
+        """Make the shadow map large enough for `tiles`, and the texture that says where they are."""
         width = max((tile.x + tile.size for tile in tiles), default=1)
         if self._shadow_map is None or self._shadow_map.width != width:
             self._shadow_map = gpu.types.GPUTexture((width, width), format="R32F")
             # kept, as a framebuffer does not keep its textures
             self._shadow_depth = gpu.types.GPUTexture((width, width), format="DEPTH_COMPONENT32F")
             self._shadow_buffer = gpu.types.GPUFrameBuffer(depth_slot=self._shadow_depth, color_slots=self._shadow_map)
-        self._draw_shadows(tiles, 0)
+        rows = b"".join(tile.to_bytes() for tile in tiles) or bytes(shadows.Tile.BYTES)
+        data = gpu.types.Buffer("FLOAT", len(rows) // 4, memoryview(rows).cast("f"))
+        self._shadow_tiles = gpu.types.GPUTexture((5, len(tiles) or 1), format="RGBA32F", data=data)
 
     def _draw_shadows(self, tiles: Sequence[shadows.Tile], sample: int) -> None:
         """Draw the shadow maps, transparent casters as this sample sees them."""
@@ -272,6 +281,7 @@ class Renderer:
         opaque = [part for part, code in casting if code is None]
         transparent = [(part, code) for part, code in casting if code is not None]
         self._has_transparent_shadows = bool(transparent)
+        self._allocate_shadows(tiles)
         with self._shadow_buffer.bind():
             _use_depth_test()
             self._shadow_buffer.clear(color=FAR, depth=1.0)
@@ -288,9 +298,9 @@ class Renderer:
 
     def _draw_transparent_shadows(self, tile: shadows.Tile, casting: Sequence[tuple[Part, Code]], sample: int) -> None:
         """Draw into a light's part of the shadow map where this sample does not see through."""
-        light = self.cache.lights[tile.light]
-        is_spot = light.kind == "SPOT"
-        view = View(tile.matrix, Vector(light.position if is_spot else light.axis), is_spot, tile.size, tile.size)
+        light = self._sampled[tile.light]
+        is_sun = light.kind == "SUN"
+        view = View(tile.matrix, Vector(light.axis if is_sun else light.position), not is_sun, tile.size, tile.size)
         view_block = _uniform_buffer(view.to_bytes(self.cache.world, sample))
         for part, code in casting:
             shader = _bound(transparent_shadow_program, Inputs.of(code))
@@ -319,8 +329,8 @@ class Renderer:
         if reads_table(variant.features):
             shader.uniform_sampler("specular_table", specular_table())
         if variant.lighting.shadows:
-            shader.uniform_block("shadows", self._shadow_block)
             shader.uniform_sampler("shadow_map", self._shadow_map)
+            shader.uniform_sampler("shadow_tiles", self._shadow_tiles)
 
     def _draw_surfaces(self, targets: RenderTargets, view: View, sample: int) -> None:
         """Draw the nearest surface of every pixel."""

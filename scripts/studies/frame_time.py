@@ -106,7 +106,7 @@ class Characters:
         if setting.lights:
             key = self._cache.lights[0]
             towards = [tuple(Vector(one).normalized()) for one in SUNS[: setting.lights]]
-            self._cache.lights = [replace(key, axis=one, casts_shadow=False) for one in towards]
+            self._cache.lights = [replace(key, axis=one, casts_shadow=False, size=0.0) for one in towards]
             self._cache.world = BLACK
             self._cache.version += 1
         triangles = sum(part.mesh.triangles * len(group) for part, group in self._cache.groups.items())

@@ -19,40 +19,41 @@
 // glass over specular over subsurface scattering and the model.
 
 #ifdef SHADOWS
-// Returns the fraction of a light that reaches the point: percentage-closer filtering of the 3x3 texels around it.
-float light_visibility(int k, vec3 position, vec3 n)
+// Returns the fraction of a light that reaches the point: percentage-closer filtering of the 3x3 texels around it. l: towards the light.
+// The texture `shadow_tiles` has five texels for each tile: the columns of its matrix, and x, y, size and texel.
+float light_visibility(Light light, vec3 position, vec3 n, vec3 l)
 {
-    vec4 tile = shadows.tile[k];
-    if (tile.z == 0.0) { // this light casts no shadows
-        return 1.0;
-    }
-    // Moved off the surface by as much as its plane rises towards the light within the filter, so that it does not shadow itself.
-    float cosine = dot(n, lights.light[k].axis.xyz);
-    float sine = sqrt(max(0.0, 1.0 - cosine * cosine));
-    float texel = shadows.texel[k].x * (shadows.matrix[k] * vec4(position, 1.0)).w;
-    vec4 clip = shadows.matrix[k] * vec4(position + n * (texel * (0.5 + 2.5 * sine)), 1.0);
-    vec3 point = clip.xyz / clip.w;
-    if (clip.w <= 0.0 || any(greaterThan(abs(point), vec3(1.0)))) {
-        return 1.0;
-    }
-    float depth = point.z; // as in shadow_fragment.glsl
-#ifdef SPOT
-    depth = LIGHT_TYPE(lights.light[k]) == SPOT ? clip.w : depth;
-#endif
-    vec2 texels = (point.xy * 0.5 + 0.5) * tile.z - 0.5;
-    ivec2 corner = ivec2(floor(texels));
-    vec2 rest = texels - vec2(corner);
-    ivec2 low = ivec2(tile.xy), high = ivec2(tile.xy + tile.z) - 1;
-    float visibility = 0.0;
-    for (int x = -1; x <= 2; x++) {
-        for (int y = -1; y <= 2; y++) {
-            // a box of 3x3 texels around the point weighs the four by four that it touches
-            vec2 weight = vec2(x == -1 ? 1.0 - rest.x : x == 2 ? rest.x : 1.0, y == -1 ? 1.0 - rest.y : y == 2 ? rest.y : 1.0);
-            float nearest = texelFetch(shadow_map, clamp(low + corner + ivec2(x, y), low, high), 0).x;
-            visibility += weight.x * weight.y * (depth <= nearest ? 1.0 : 0.0);
+    int first = int(light.x_axis.w), count = int(light.y_axis.w);
+    for (int row = first; row < first + count; row++) {
+        mat4 matrix = mat4(texelFetch(shadow_tiles, ivec2(0, row), 0), texelFetch(shadow_tiles, ivec2(1, row), 0),
+            texelFetch(shadow_tiles, ivec2(2, row), 0), texelFetch(shadow_tiles, ivec2(3, row), 0));
+        vec4 tile = texelFetch(shadow_tiles, ivec2(4, row), 0);
+        vec3 axis = vec3(matrix[0].w, matrix[1].w, matrix[2].w); // along which the tile looks, 0 for a sun's
+        // Moved off the surface by as much as its plane rises along the axis within the filter, so that it does not shadow itself.
+        float cosine = dot(n, axis == vec3(0.0) ? l : axis);
+        float texel = tile.w * (matrix * vec4(position, 1.0)).w;
+        vec4 clip = matrix * vec4(position + n * (texel * (0.5 + 2.5 * sqrt(max(0.0, 1.0 - cosine * cosine)))), 1.0);
+        vec3 point = clip.xyz / clip.w;
+        if (clip.w <= 0.0 || any(greaterThan(abs(point), vec3(1.0)))) {
+            continue;
         }
+        float depth = axis == vec3(0.0) ? point.z : clip.w; // as in shadow_fragment.glsl
+        vec2 texels = (point.xy * 0.5 + 0.5) * tile.z - 0.5;
+        ivec2 corner = ivec2(floor(texels));
+        vec2 rest = texels - vec2(corner);
+        ivec2 low = ivec2(tile.xy), high = ivec2(tile.xy + tile.z) - 1;
+        float visibility = 0.0;
+        for (int x = -1; x <= 2; x++) {
+            for (int y = -1; y <= 2; y++) {
+                // a box of 3x3 texels around the point weighs the four by four that it touches
+                vec2 weight = vec2(x == -1 ? 1.0 - rest.x : x == 2 ? rest.x : 1.0, y == -1 ? 1.0 - rest.y : y == 2 ? rest.y : 1.0);
+                float nearest = texelFetch(shadow_map, clamp(low + corner + ivec2(x, y), low, high), 0).x;
+                visibility += weight.x * weight.y * (depth <= nearest ? 1.0 : 0.0);
+            }
+        }
+        return visibility / 9.0;
     }
-    return visibility / 9.0;
+    return 1.0; // nothing that casts shadows is there
 }
 #endif
 
@@ -238,7 +239,7 @@ void main()
         vec3 l;
         vec3 irradiance = light_irradiance(lights.light[k], world_position, l);
 #ifdef SHADOWS
-        irradiance *= light_visibility(k, world_position, unmapped);
+        irradiance *= light_visibility(lights.light[k], world_position, unmapped, l);
 #endif
 #if defined(NORMAL) || defined(COAT_NORMAL)
         irradiance *= step(0.0, dot(unmapped, l)); // no light comes through the surface
