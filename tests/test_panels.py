@@ -18,7 +18,7 @@ from true_diffuse.addon.material import apply_preset, materials
 from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.material.read import group_node
 from true_diffuse.addon.material.summary import material_summary, stated_error
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
+from true_diffuse.addon.nodes import GROUPS, PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
 from true_diffuse.addon.operators import exports as exports_operator
 from true_diffuse.addon.operators import steps
 from true_diffuse.addon.operators import tolerance as tolerance_operator
@@ -59,6 +59,12 @@ def test_panel_shows_presets_a_plot_and_the_buttons_but_not_the_inputs(group, en
     assert f"{GALLERY} Presets" in layout.offered and "plot" in layout.offered
     for name in ("measure", "pick_settings"):
         assert any(entry.startswith(f"true_diffuse.{name}") for entry in layout.offered)
+
+
+def test_lengths_say_their_unit_in_the_tooltip() -> None:
+    lengths = {(SUBSURFACE.key, "Subsurface Radius"), (PRINCIPLED.key, "Subsurface Scale")}
+    told = {(group.key, socket.name) for group in GROUPS for socket in group.inputs if "in millimeters" in socket.description}
+    assert told == lengths
 
 
 def test_sections_are_closed_above_surface_and_open_in_the_sidebar() -> None:

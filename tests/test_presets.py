@@ -288,6 +288,22 @@ def test_preset_in_a_mix_changes_the_nearest_and_names_the_others() -> None:
 
 
 @pytest.mark.usefixtures("empty_file")
+def test_preset_in_a_group_of_the_artist_changes_it_for_all() -> None:
+    group = bpy.data.node_groups.new("Shell", "ShaderNodeTree")
+    group.interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
+    inner, output = group.nodes.new("ShaderNodeBsdfDiffuse"), group.nodes.new("NodeGroupOutput")
+    group.links.new(inner.outputs[0], output.inputs[0])
+    material, outer = principled_material()
+    tree = material.node_tree
+    tree.nodes.remove(outer)
+    outer = tree.nodes.new("ShaderNodeGroup")
+    outer.node_tree = group
+    tree.links.new(outer.outputs[0], tree.get_output_node("ALL").inputs["Surface"])
+    assert apply(material, None, CHALK, 1.0) == ["the group Shell was changed inside, for all that use it"]
+    assert preset_of(output.inputs[0].links[0].from_node) is CHALK
+
+
+@pytest.mark.usefixtures("empty_file")
 def test_preset_becomes_the_surface_where_none_can_take_it() -> None:
     for is_output, is_emission in ((True, True), (True, False), (False, False)):
         material, _ = principled_material()

@@ -134,6 +134,7 @@ class TRUE_DIFFUSE_MT_node(bpy.types.Menu):
     bl_label = "True Diffuse"
 
     def draw(self, context: bpy.types.Context) -> None:
+        draw_gallery_entry(self.layout)
         draw_operators(self.layout, TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_revert, TRUE_DIFFUSE_OT_upgrade)
         draw_operators(self.layout, TRUE_DIFFUSE_OT_use_selected_lights, TRUE_DIFFUSE_OT_measure, TRUE_DIFFUSE_OT_check_exports)
 
