@@ -101,27 +101,14 @@ def tree_inside(group: bpy.types.NodeTree) -> bpy.types.ShaderNodeTree | None:
 
 def lights_of(tree: bpy.types.ShaderNodeTree | None) -> list[bpy.types.Object]:
     """Return the lights that a tree of the group follows, in the order of their slots, without those that are deleted."""
-    if tree is None or tree.animation_data is None:
-        return []
-    followed = {}  # the light that a node's driver reads, by the node
-    for curve in tree.animation_data.drivers:
-        for target in (target for variable in curve.driver.variables for target in variable.targets):
-            if target.data_path == "hide_render":
-                followed[curve.data_path.split('"')[1]] = target.id
-    end = next(node for node in tree.nodes if node.bl_idname == "NodeGroupOutput")
-    lights = (_light_upstream(followed, end.inputs[f"E {slot + 1}"]) for slot in range(SLOTS))
-    return [light for light in lights if light is not None]
+    hidden = (target.id for target in _targets(tree) if target.data_path == "hide_render") if tree else ()
+    return [light for light in dict.fromkeys(hidden) if light is not None]
 
 
-def _light_upstream(followed: dict[str, bpy.types.Object], socket: bpy.types.NodeSocket) -> bpy.types.Object | None:
-    """Return the light that a node upstream of `socket` follows."""
-    for link in socket.links:
-        if link.from_node.name in followed:
-            return followed[link.from_node.name]
-        for upstream in link.from_node.inputs:
-            if light := _light_upstream(followed, upstream):
-                return light
-    return None
+def _targets(tree: bpy.types.ShaderNodeTree) -> list[bpy.types.DriverTarget]:
+    """Return what the drivers of a tree of the group read, slot by slot, as `build` has made them."""
+    curves = tree.animation_data.drivers if tree.animation_data else ()
+    return [target for curve in curves for variable in curve.driver.variables for target in variable.targets]
 
 
 def choose(lights: Sequence[bpy.types.Object]) -> None:
@@ -159,8 +146,7 @@ def keep_up() -> None:
 
 
 def _is_behind(tree: bpy.types.ShaderNodeTree) -> bool:
-    curves = tree.animation_data.drivers if tree.animation_data else ()
-    targets = [target for curve in curves for variable in curve.driver.variables for target in variable.targets]
+    targets = _targets(tree)
     if any(target.id is None for target in targets):
         return True
     lights = lights_of(tree)
