@@ -3,7 +3,7 @@
 
 import bpy
 
-from window import Steps, area, cube, dress, middle, mouse, nodes, picture, point, side_by_side, undo, within
+from window import Steps, area, cube, dress, folder, middle, mouse, nodes, picture, point, side_by_side, undo, within
 
 
 def warning() -> Steps:
@@ -83,6 +83,29 @@ def choose() -> Steps:
     assert "Sun" in bpy.data.objects
 
 
+def others() -> Steps:
+    """The panel of a highlight without lights, in Realtime, and of a material that is linked from another file."""
+    scene, library = bpy.context.scene, str(folder / "library.blend")
+    bpy.context.view_layer.objects.active = cube()
+    node = nodes()["Rough Diffuse"]
+    bpy.data.libraries.write(library, {cube().active_material}, fake_user=True)
+    for light in ("Light", "Sun"):
+        bpy.ops.true_diffuse.toggle_light(light=light)  # which removes it
+    with bpy.data.libraries.load(library, link=True) as (_, wanted):
+        wanted.materials = [cube().active_material.name]
+    linked, own = wanted.materials[0], cube().active_material
+    cube().active_material = linked
+    yield 2.0
+    picture("linked")
+    cube().active_material = own
+    scene.render.engine = "TRUE_DIFFUSE_REALTIME"
+    node.inputs["Quality"].default_value = "Exact for Chosen Lights"
+    yield 2.0
+    picture("realtime")
+    scene.render.engine = "BLENDER_EEVEE"
+
+
 def walk() -> Steps:
     yield from warning()
     yield from choose()
+    yield from others()

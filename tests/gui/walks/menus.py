@@ -90,6 +90,18 @@ def menus() -> Steps:
         dress(theme, scale)
         yield 1.0
         yield from open_menu(view, "TRUE_DIFFUSE_MT_object", f"object_menu_{theme.lower()}_{scale:g}")
+    x, y = middle(view)
+    point(x, y)
+    yield 1.0
+    menu(view, "TRUE_DIFFUSE_MT_object")
+    yield 1.5
+    for step in range(12):  # down to Upgrade Groups, which is greyed
+        mouse("mousemove", x, y + 10 * step)
+        yield 0.1
+    yield 2.5
+    picture("greyed")
+    mouse("key", "Escape")
+    yield 1.0
     yield from open_menu(view, "VIEW3D_MT_object_context_menu", "object_context_menu")
     for text, step in (
         ("measure this", "measure"),
