@@ -190,8 +190,8 @@ def test_optimized_material_keeps_an_edit_until_its_upgrade() -> None:
 def test_old_materials_offer_the_upgrade() -> None:
     layout = Layout()
     with bpy.context.temp_override(material=bpy.data.materials["Clay"]):
-        panels.MaterialPanel.draw(SimpleNamespace(layout=layout), bpy.context)
-    assert layout.offered == ["true_diffuse.upgrade"]
+        panels.TRUE_DIFFUSE_PT_material.draw(SimpleNamespace(layout=layout, bl_label="True Diffuse"), bpy.context)
+    assert "true_diffuse.upgrade" in layout.offered and not any("measure" in entry for entry in layout.offered)
 
 
 @pytest.fixture
