@@ -73,7 +73,8 @@ def _render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> N
     renderer.refresh()
     warnings = [*cache.warnings, *renderer.warnings]
     settings = list(not_drawn.of_settings(depsgraph))
-    not_drawn.keep(scene, [*warnings, *settings])
+    if not_drawn.keep(scene, [*warnings, *settings]):
+        not_drawn.redraw_properties()
     for group in not_drawn.grouped(settings):
         engine.report({"INFO"}, str(group))
     for warning in warnings:

@@ -60,17 +60,19 @@ def messages(scene: bpy.types.Scene) -> tuple[str, ...]:
     return tuple(map(str, omissions(scene) or ()))
 
 
-def keep(scene: bpy.types.Scene, found: Iterable[Omission]) -> None:
-    """Keep what a picture of `scene` lacks, and have the properties drawn again where that differs from the last."""
+def keep(scene: bpy.types.Scene, found: Iterable[Omission]) -> bool:
+    """Keep what a picture of `scene` lacks; return whether that differs from the last, so that the properties are stale."""
     now = tuple(dict.fromkeys(found))
     if now == omissions(scene):
-        return
+        return False
     _omissions[scene.original.session_uid] = now
-    bpy.app.timers.register(_redraw_properties)  # later, as Blender ignores a request during a redraw
+    return True
 
 
-def _redraw_properties() -> None:
-    for area in (area for window in bpy.context.window_manager.windows for area in window.screen.areas):
+def redraw_properties() -> None:
+    """Have the properties drawn again."""
+    manager = bpy.context.window_manager
+    for area in (area for window in (manager.windows if manager else ()) for area in window.screen.areas):
         if area.type == "PROPERTIES":
             area.tag_redraw()
 

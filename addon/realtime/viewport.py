@@ -34,12 +34,13 @@ class Viewport:
         self._renderer: Renderer | None = None
         self._picture: Picture | None = None  # None where it has to start anew
         self._sample = 0  # the number of samples in it
-        self._settings: list[Omission] | None = None  # what settings ask for that is not drawn, None where that has to be read anew
+        self._settings: list[Omission] = []  # what settings ask for that is not drawn, at the last picture with all samples
+        self._has_read_settings = False
         self._failed_size: tuple[int, int] | None = None  # for which the driver refused something
 
     def update(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what changed in the scene; a failure is reported by `engine`."""
-        self._failed_size = self._settings = None
+        self._failed_size, self._has_read_settings = None, False
         try:
             if self._cache is None:
                 self._cache = SceneCache()
@@ -68,10 +69,13 @@ class Viewport:
             if self._renderer.refresh():
                 self._picture = None
             self._draw(engine, scene, self._renderer, window.cropped(x, y, width, height), (x, y))
-            if self._sample >= scene.true_diffuse.viewport_samples and self._settings is None:  # now, as nothing waits for it
-                self._settings = list(not_drawn.of_settings(depsgraph))
-            not_drawn.keep(scene, [*self._renderer.cache.warnings, *self._renderer.warnings, *(self._settings or ())])
-            if self._sample < scene.true_diffuse.viewport_samples:  # later, as Blender ignores a request during a redraw
+            is_complete = self._sample >= scene.true_diffuse.viewport_samples
+            if is_complete and not self._has_read_settings:  # now, as nothing waits for it
+                self._settings, self._has_read_settings = list(not_drawn.of_settings(depsgraph)), True
+            # Both later, as Blender ignores requests during a redraw.
+            if not_drawn.keep(scene, [*self._renderer.cache.warnings, *self._renderer.warnings, *self._settings]):
+                bpy.app.timers.register(not_drawn.redraw_properties)
+            if not is_complete:
                 bpy.app.timers.register(partial(redraw, context.area.as_pointer()))
         except DriverError as error:  # another size may do
             self._failed_size = size
