@@ -28,8 +28,8 @@ class AddNode(Operator):
             bpy.ops.node.translate_attach_remove_on_cancel("INVOKE_DEFAULT")
         return result
 
-    def add(self, context: bpy.types.Context, group: "Group", inputs: "Mapping[str, Setting]") -> set[str]:
-        """Add a node that holds `group`, its sockets set to `inputs`; returns what an operator's `execute` does."""
+    def add(self, context: bpy.types.Context, name: str, group: "Group", inputs: "Mapping[str, Setting]") -> set[str]:
+        """Add a node that holds `group`, its sockets set to `inputs`, and report `name`; returns what `execute` does."""
         from ..material.materials import add_group, set_inputs, set_thickness
 
         tree, group_tree = context.space_data.edit_tree, group.ensure()
@@ -42,6 +42,7 @@ class AddNode(Operator):
         set_thickness(context.space_data.id)
         node.location = context.space_data.cursor_location
         tree.nodes.active = node
+        self.report({"INFO"}, f"Added {name}")
         return {"FINISHED"}
 
 
@@ -71,10 +72,7 @@ class TRUE_DIFFUSE_OT_add_group(AddNode):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         group = _groups()[self.key]
-        result = self.add(context, group, {})
-        if result == {"FINISHED"}:
-            self.report({"INFO"}, f"Added {group.label}")
-        return result
+        return self.add(context, group.label, group, {})
 
 
 CLASSES = (TRUE_DIFFUSE_OT_add_group,)

@@ -48,7 +48,7 @@ class TRUE_DIFFUSE_OT_add_preset(UsePreset, AddNode):
     bl_label = "Add True Diffuse Preset"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        return self.add(context, self.preset.group, self.preset.inputs)
+        return self.add(context, self.preset.name, self.preset.group, self.preset.inputs)
 
 
 class TRUE_DIFFUSE_OT_assign_preset(UsePreset, Operator):

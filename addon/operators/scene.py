@@ -47,6 +47,7 @@ class TRUE_DIFFUSE_OT_build_comparison(Operator):
             raise
         built.scene.render.engine = context.scene.render.engine
         five_characters.add_labels(built)
+        built.scene.cursor.location = built.scene.camera.location  # else viewports draw it over the labels
         if context.window:  # a script may have none
             context.window.scene = built.scene
             _look_through_camera(context.window)
