@@ -288,7 +288,7 @@ def test_preset_in_a_mix_changes_the_nearest_and_names_the_others() -> None:
 
 
 @pytest.mark.usefixtures("empty_file")
-def test_preset_in_a_group_of_the_artist_changes_it_for_all() -> None:
+def test_preset_in_a_group_of_the_artist_changes_it_for_all_unless_another_file_owns_it(tmp_path: Path) -> None:
     group = bpy.data.node_groups.new("Shell", "ShaderNodeTree")
     group.interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
     inner, output = group.nodes.new("ShaderNodeBsdfDiffuse"), group.nodes.new("NodeGroupOutput")
@@ -299,6 +299,13 @@ def test_preset_in_a_group_of_the_artist_changes_it_for_all() -> None:
     outer = tree.nodes.new("ShaderNodeGroup")
     outer.node_tree = group
     tree.links.new(outer.outputs[0], tree.get_output_node("ALL").inputs["Surface"])
+    bpy.data.libraries.write(str(tmp_path / "library.blend"), {group})
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, wanted):
+        wanted.node_groups = ["Shell"]
+    outer.node_tree = wanted.node_groups[0]
+    with pytest.raises(ConversionError, match="made by the group Shell, which is linked from another file"):
+        apply(material, None, CHALK, 1.0)
+    outer.node_tree = group
     assert apply(material, None, CHALK, 1.0) == ["the group Shell was changed inside, for all that use it"]
     assert preset_of(output.inputs[0].links[0].from_node) is CHALK
 

@@ -23,7 +23,7 @@ from ..blender import fcurves
 from ..closures.quality import BALANCED, CHOSEN_LIGHTS
 from ..nodes import GROUPS, PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group
 from ..nodes.graph import key_and_version
-from .convert import CONVERTIBLE, Plan, check_animation, principled, replace, times
+from .convert import CONVERTIBLE, ConversionError, Plan, check_animation, principled, replace, times
 from .links import Place, upstream
 from .materials import Setting, add_group, create, set_inputs, set_thickness, show
 from .original import TO_MILLIMETERS
@@ -71,17 +71,20 @@ def apply(material: bpy.types.Material, node: bpy.types.Node | None, preset: Pre
     """Give the `node` of ours in `material`, or where that is None the material's surface, `preset`; returns notes.
 
     `meter` is the scene's unit in meters (unit_settings.scale_length). The notes say what the preset does not decide, and what was
-    lost. Raises ConversionError, and changes nothing, where the animation of an input has no place in the new node.
+    lost. Raises ConversionError, and changes nothing, where the animation of an input has no place in the new node, or where the
+    node is in a group of another file.
     """
     others: list[bpy.types.Node] = []
     if node is None:
         node, *others = [*_closures(material), None]
+        if node is not None and (node.id_data.override_library or not node.id_data.is_editable):
+            raise ConversionError(f"is made by the group {node.id_data.name}, which is linked from another file")
     notes = [f"{other.label or other.name} stays as it is" for other in others if other]
     if node is None:
         node, replaced = _new_surface(material, preset)
         notes += [f"{name} is no longer the surface" for name in replaced]
     elif key_and_version(node)[0] in (preset.group.key, PRINCIPLED.key):
-        set_inputs(node, _values(preset, PRINCIPLED if preset.group.key != key_and_version(node)[0] else preset.group))
+        set_inputs(node, _values(preset, _group(node)))
     else:
         node = _replaced(node, preset, meter, notes)
     notes += _decided(node, preset)
@@ -177,6 +180,7 @@ def _has(node: bpy.types.Node, preset: Preset) -> bool:
 
 
 def _group(node: bpy.types.Node) -> Group:
+    """Return the group that a `node` of ours holds."""
     return next(group for group in GROUPS if group.key == key_and_version(node)[0])
 
 
