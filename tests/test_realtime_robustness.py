@@ -426,6 +426,7 @@ def crowd(stage: Stage) -> Iterator[tuple[Window, list[bpy.types.Object]]]:
         item.material_slots[0].link = "OBJECT"
         item.material_slots[0].material = shown[k % 3]
     stage.scene.true_diffuse.viewport_samples = 2
+    bpy.data.lights["Light"].angle = 0.0
     window = Window(WIDTH)
 
     def read(_: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
@@ -458,6 +459,10 @@ WORK = {
         {"materials": 1, "samples": 2, "parts": 2 * 3},
     ),
     "other light": (lambda *_: setattr(bpy.data.lights["Light"], "energy", 2.0), {"lights": 1, "samples": 2, "parts": 2 * 3}),
+    "give a light a size": (  # the first sample sees its center as before
+        lambda *_: setattr(bpy.data.lights["Light"], "angle", 0.1),
+        {"lights": 1, "shadows": 1, "samples": 2, "parts": 3 + 2 * 3},
+    ),
     "turn a light": (
         lambda *_: setattr(bpy.data.objects["Light"].rotation_euler, "x", 0.3),
         {"lights": 1, "shadows": 1, "samples": 2, "parts": 3 + 2 * 3},

@@ -99,7 +99,6 @@ class Renderer:
         self._version = -1  # of `cache` that has been sent
         self._groups: dict[Part, list[int]] = {}
         self._matrices: array[float] | None = None
-        self._lights: list[Light] | None = None
         self._sampled: list[Light] = []  # as the last sample saw them
         self._casting: object = None  # what casts shadows, and where
         self._first: list[int] = []  # the index of the first object of each group in the texture of matrices
@@ -131,8 +130,6 @@ class Renderer:
         shadow_codes = {uid: material.shadow_code for uid, material in cache.materials.items()}
         if shadow_codes != self._shadow_codes:
             self._shadow_codes, self._tiles = shadow_codes, None
-        if cache.lights is not self._lights:
-            self._lights, self._tiles = cache.lights, None
         if cache.groups is not self._groups or cache.matrices is not self._matrices:
             self._place_objects()
         attributes = {uid: material.attributes for uid, material in cache.materials.items()}
@@ -254,12 +251,12 @@ class Renderer:
         lights = [light.at_sample(sample, index) for index, light in enumerate(self.cache.lights)]
         has_shadows = self.cache.lighting().shadows and self._bounds is not None
         tiles = shadows.shadow_tiles(lights, self._bounds, view) if has_shadows else []
-        is_changed = lights != self._sampled or tiles != self._tiles
-        if is_changed:
+        is_moved = tiles != self._tiles
+        if lights != self._sampled or is_moved:
             self._sampled, self._tiles = lights, tiles
             counts = Counter(tile.light for tile in tiles)
             self._light_block = _uniform_buffer(lights_to_bytes(lights, [counts[index] for index in range(len(lights))]))
-        if has_shadows and (is_changed or self._has_transparent_shadows):
+        if has_shadows and (is_moved or self._has_transparent_shadows):
             self._draw_shadows(tiles, sample)
 
     def _allocate_shadows(self, tiles: Sequence[shadows.Tile]) -> None:
