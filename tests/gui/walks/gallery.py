@@ -9,7 +9,7 @@ from pathlib import Path
 
 import bpy
 
-from window import Steps, area, assign, cube, group_of, middle, mouse, node_of, picture, point, say, within
+from window import Steps, area, assign, cube, folder, group_of, menu, middle, mouse, node_of, picture, point, say, within
 
 SLOTS_TAB = 1333, 654  # Material, in the Properties editor
 PICTURE = 1384, 466  # what opens the gallery, in the material's panel
@@ -123,6 +123,8 @@ def shader_right_click() -> Steps:
 def add_menu() -> Steps:
     """The Add menu gives a node, which has to be placed and linked: this is no way of three clicks."""
     yield from click(260, 40)
+    yield from glide(300, 282)
+    yield from glide(400, 282)
     picture("add_menu_open")
 
 
@@ -166,7 +168,27 @@ def look() -> Steps:
         picture(f"look_{name}_gallery")
         mouse("key", "Escape")
         yield 1.0
-    assert view.type == "VIEW_3D"
+        menu(view, "TRUE_DIFFUSE_MT_translucent")
+        yield 2.0
+        picture(f"look_{name}_menu")
+        mouse("key", "Escape")
+        yield 1.0
+
+
+def locked() -> Steps:
+    """A material of another file: the gallery is greyed, with the reason in its tooltips."""
+    path = str(folder / "library.blend")
+    bpy.data.libraries.write(path, {bpy.data.materials["Felt"]})
+    with bpy.data.libraries.load(path, link=True) as (_, wanted):
+        wanted.materials = ["Felt"]
+    cube().active_material = wanted.materials[0]
+    yield 2.0
+    picture("locked")
+    yield from click(*PICTURE)
+    yield from glide(1114, 590)
+    picture("locked_gallery")
+    mouse("key", "Escape")
+    yield 1.0
 
 
 def walk() -> Steps:
@@ -184,3 +206,5 @@ def walk() -> Steps:
     yield 1.0
     yield from keep_links()
     yield from look()
+    bpy.context.preferences.view.ui_scale = 1.0
+    yield from locked()
