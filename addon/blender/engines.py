@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The render engines: their names in Blender, whether they run here, and their settings for a given number of samples."""
 
+import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import bpy
 
+QUIET = 0.5  # seconds: far longer than Cycles is between two of its calls of Python
 PROBE_SECONDS = 120  # a cold start of Blender on a slow disk; usually about two
 
 
@@ -50,9 +53,26 @@ def use(scene: bpy.types.Scene, engine: Engine, samples: int, seed: int = 0) -> 
     `seed` chooses Cycles' random numbers; EEVEE has none to choose (see `measure.render.radiance`), Realtime has none at all.
     Raises AttributeError for Realtime where neither the extension nor a script has registered it.
     """
-    scene.render.engine = engine.identifier
+    choose(scene, engine.identifier)
     engine.apply(scene, samples)
     scene.cycles.seed = seed
+
+
+def choose(scene: bpy.types.Scene, identifier: str) -> None:
+    """Make `scene` render with the engine of that `identifier`, once Cycles has ended the material preview that it is at.
+
+    Blender 5.2 hangs otherwise: it waits for the preview's thread, which waits for Python, which the script holds. As Blender calls
+    the preview a running job until its event loop goes on, one counts as ended where Cycles has run no Python for QUIET seconds.
+    """
+    if scene.render.engine == identifier:
+        return
+    now = last = time.monotonic()
+    while bpy.app.is_job_running("RENDER_PREVIEW") and now - last < QUIET:
+        time.sleep(0.01)  # other threads get Python
+        now = time.monotonic()
+        if any(f"{os.sep}cycles{os.sep}" in frame.f_code.co_filename for frame in sys._current_frames().values()):
+            last = now
+    scene.render.engine = identifier
 
 
 def uses_osl(scene: bpy.types.Scene) -> bool:

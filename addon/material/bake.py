@@ -12,6 +12,7 @@ from contextlib import ExitStack, contextmanager
 
 import bpy
 
+from ..blender import engines
 from .links import Place, upstream
 
 MARGIN = 16  # pixels around the islands of the UV map, at a resolution of 1024
@@ -138,7 +139,7 @@ def baking_scene() -> Generator[bpy.types.Scene]:
     current = bpy.context.scene
     scene = bpy.data.scenes.new("True Diffuse Bake")
     try:
-        scene.render.engine = "CYCLES"
+        engines.choose(scene, engines.CYCLES.identifier)
         scene.cycles.device = "CPU"
         scene.cycles.samples = SAMPLES
         scene.cycles.use_adaptive_sampling = scene.cycles.use_denoising = False

@@ -3,6 +3,7 @@
 
 import bpy
 
+from ..blender import engines
 from .base import Operator, counted
 
 ALBEDO = 0.8
@@ -45,7 +46,7 @@ class TRUE_DIFFUSE_OT_build_comparison(Operator):
             if isinstance(error, ValueError):
                 return self.cancel_with(error)
             raise
-        built.scene.render.engine = context.scene.render.engine
+        engines.choose(built.scene, context.scene.render.engine)
         five_characters.add_labels(built)
         built.scene.cursor.location = built.scene.camera.location  # else viewports draw it over the labels
         if context.window:  # a script may have none

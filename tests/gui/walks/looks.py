@@ -37,6 +37,7 @@ def walk() -> Steps:
         yield from look_at_nodes()
         yield from look_at_plots()
     yield from change_engines()
+    yield from build_while_a_preview_renders()
 
 
 def editor() -> bpy.types.Area:
@@ -117,6 +118,8 @@ def change_engines() -> Steps:
     show("Subsurface")
     nodes()["Subsurface"].inputs["Subsurface"].default_value = 0.6
     for engine in ("CYCLES", "BLENDER_EEVEE", "TRUE_DIFFUSE_REALTIME", "CYCLES"):
+        while bpy.app.is_job_running("RENDER_PREVIEW"):  # Blender hangs where a script changes the engine meanwhile
+            yield 0.5
         bpy.context.scene.render.engine = engine
         yield 1.5
         inactive = {
@@ -127,6 +130,20 @@ def change_engines() -> Steps:
     yield 1.0
     assert nodes()["Principled Rough Diffuse"].inputs["Quality"].is_inactive
     picture("quality_of_lambert")
+
+
+def build_while_a_preview_renders() -> Steps:
+    """Build a scene of another engine while Cycles renders the material's preview: it waits for that, and Blender goes on."""
+    nodes()["Subsurface"].inputs["Subsurface"].default_value = 0.4
+    for _ in range(50):
+        if bpy.app.is_job_running("RENDER_PREVIEW"):
+            break
+        yield 0.1
+    assert bpy.app.is_job_running("RENDER_PREVIEW")
+    with within(editor()):
+        assert bpy.ops.true_diffuse.build_comparison("EXEC_DEFAULT", True) == {"FINISHED"}
+    yield 2.0
+    picture("built")
 
 
 def open_panels() -> None:
