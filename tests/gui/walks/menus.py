@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Menus and the menu search, what operators say, Build Comparison Scene, and the asset library's entry in the preferences."""
 
+import sys
+
 import bpy
 
 from window import (
@@ -201,6 +203,11 @@ def preferences() -> Steps:
         dress(theme, scale)
         yield 2.0
         picture(f"preferences_{theme.lower()}_{scale:g}")
+    sys.modules[f"{MODULE}.addon.ui.preferences"].website = lambda: "https://example.org/"  # as the manifest of a release states it
+    for place in bpy.context.window_manager.windows[-1].screen.areas:
+        place.tag_redraw()
+    yield 2.0
+    picture("preferences_manual")
     libraries = bpy.context.preferences.filepaths.asset_libraries
     assert "True Diffuse" in libraries
     bpy.ops.preferences.addon_disable(module=MODULE)
