@@ -19,7 +19,7 @@ from ..blender.engines import another_blender
 from ..nodes import GROUPS
 from . import materials
 from .apply_preset import create_material
-from .presets import PRESETS, picture
+from .presets import EXAMPLES, PRESETS, picture
 
 SECONDS = 300  # for another Blender to start and write; it takes some 5
 # Assets refer to their catalog by UUID: never to change. The first is the parent of the others
@@ -85,7 +85,10 @@ def write(folder: Path) -> None:
     for preset in PRESETS.values():
         made.add(_mark(create_material(preset), preset.kind, preset.description, preset.group.label, preset.picture))
     for group in GROUPS:
-        made.add(_mark(materials.create(group.label, group), "Basic", group.description, group.label, picture(group.key)))
+        inputs = EXAMPLES.get(group.key, {})
+        material = materials.create(group.label, group, **inputs)
+        material.diffuse_color = inputs.get("Base Color", inputs.get("Color", material.diffuse_color))
+        made.add(_mark(material, "Basic", group.description, group.label, picture(group.key)))
     bpy.data.libraries.write(str(folder / FILE), made, compress=True)
     lines = ["VERSION 1", f"{CATALOG}:{NAME}:{NAME}"]
     lines += [f"{uuid}:{NAME}/{name}:{NAME}-{name}" for name, uuid in CATALOGS.items()]

@@ -59,6 +59,11 @@ ROUGH: dict[str, tuple[str, Rgb, float]] = {
     "Moon": ("The moon's dust, between its seas and highlands", (0.135, 0.12, 0.105), 0.75),
 }
 
+EXAMPLES: dict[str, dict[str, float | tuple[float, ...]]] = {  # inputs of groups whose defaults look like any white surface
+    "principled": {"Base Color": (0.1, 0.25, 0.6, 1.0), "Diffuse Roughness": 0.5, "Coat Weight": 1.0},
+    "specular": {"Color": (0.35, 0.05, 0.05, 1.0), "Specular": 0.3, "Exponent": 40.0},
+}
+
 
 @dataclass(frozen=True)
 class Preset:

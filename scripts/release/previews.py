@@ -22,8 +22,6 @@ from true_diffuse.scripts.cli.startup import run_script, start_blender
 if TYPE_CHECKING:
     import bpy
 
-    from true_diffuse.addon.material.materials import Setting
-
 PICTURES = Path(__file__).resolve().parents[2] / "addon" / "previews"
 SIZE = 128  # pixels: what the Asset Browser keeps
 QUALITY = 55  # of WebP, in percent: some 1 kB each
@@ -35,10 +33,6 @@ LIGHTS = (
     ((1.2, 1.7, 0.9), 0.8, 3.5),  # from behind, through the ear
 )
 WORLD = 0.15
-SHOWN: dict[str, dict[str, "Setting"]] = {  # inputs, by group, where the defaults would look like any other white surface
-    "principled": {"Base Color": (0.1, 0.25, 0.6, 1.0), "Diffuse Roughness": 0.5, "Coat Weight": 1.0},
-    "specular": {"Color": (0.35, 0.05, 0.05, 1.0), "Specular": 0.3, "Exponent": 40.0},
-}
 
 
 def main() -> int:
@@ -57,7 +51,7 @@ def previews(samples: int, out: Path, output: OutputFolder, terminal: Terminal) 
 
     from true_diffuse.addon.blender import engines
     from true_diffuse.addon.material import materials
-    from true_diffuse.addon.material.presets import PRESETS, picture
+    from true_diffuse.addon.material.presets import EXAMPLES, PRESETS, picture
     from true_diffuse.addon.nodes import GROUPS
 
     scene = bpy.context.scene
@@ -66,7 +60,7 @@ def previews(samples: int, out: Path, output: OutputFolder, terminal: Terminal) 
     scene.cycles.use_denoising = True
     subjects = [
         *((preset.key, preset.group, preset.inputs) for preset in PRESETS.values()),
-        *((group.key, group, SHOWN.get(group.key, {})) for group in GROUPS),
+        *((group.key, group, EXAMPLES.get(group.key, {})) for group in GROUPS),
     ]
     with terminal.progress(len(subjects)) as progress:
         for key, group, inputs in subjects:
