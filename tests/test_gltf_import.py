@@ -102,6 +102,8 @@ def test_every_entry_of_every_menu_and_every_preset_comes_back_as_it_was(tmp_pat
     for label, _ in DISTRIBUTIONS.values():
         made.append(materials.create(f"Principled {label}", PRINCIPLED, Distribution=label, IOR=1.7))
     made.append(materials.create("Standard Specular", SPECULAR_GROUP))
+    for group, name in ((ROUGH_DIFFUSE, "Roughness"), (SUBSURFACE, "Roughness"), (PRINCIPLED, "Diffuse Roughness")):
+        made.append(materials.create(f"{group.name} above the slider", group, **{name: 1.3}))
     made[0].use_backface_culling, made[1].surface_render_method = True, "BLENDED"
     assert {group_node(material)[1] for material in made} == set(GROUPS)
     show(*made)
