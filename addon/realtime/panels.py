@@ -37,7 +37,7 @@ SIMPLIFIED_STROKES = (  # settings of Simplify of Grease Pencil
     "simplify_gpencil_tint",
     "simplify_gpencil_antialiasing",
 )
-ALWAYS = "Lights shine from their centers; light does not bounce"  # what no scene gets
+ALWAYS = "Bounces of light and reflections of objects are never drawn"  # in any scene
 LETTER, MARGINS = 6.2, 60.0  # width of a letter, and of what stands beside a line of text [pixels at Resolution Scale 1]
 
 
