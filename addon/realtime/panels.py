@@ -226,7 +226,7 @@ class TRUE_DIFFUSE_PT_light(LightPanel, bpy.types.Panel):
         layout.separator()
         draw_light_size(layout.column(), light)
         layout.prop(light, "use_shadow", text="Cast Shadow")
-        draw_wrapped(layout, context, "Each sample sees another point of the light: shadows get softer with more samples", "INFO")
+        draw_wrapped(layout, context, "Shadows are sampled: more samples, smoother shadows", "INFO")
 
 
 class TRUE_DIFFUSE_PT_light_beam(LightPanel, bpy.types.Panel):
