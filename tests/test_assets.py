@@ -11,7 +11,7 @@ import bpy
 import pytest
 
 from true_diffuse.addon.blender import asset_library
-from true_diffuse.addon.blender.asset_library import CATALOG_FILE, FILE
+from true_diffuse.addon.blender.asset_library import CATALOG_FILE, FILE, VERSION_FILE
 from true_diffuse.addon.blender.id_properties import GROUP_ID
 from true_diffuse.addon.material import assets
 from true_diffuse.addon.material.presets import PRESETS
@@ -63,7 +63,11 @@ def test_adding_it_leaves_the_open_file_alone_and_registers_once(library: Path) 
     assets.add(library)
     assert len(libraries) == before
     assert [item.name for item in bpy.data.user_map()] == names
-    assert {path.name for path in library.iterdir()} == {FILE, CATALOG_FILE}
+    assert {path.name for path in library.iterdir()} == {FILE, CATALOG_FILE, VERSION_FILE} and asset_library.is_current(library)
+    (library / VERSION_FILE).write_text("0.1.0")
+    assert not asset_library.is_current(library)
+    (library / VERSION_FILE).unlink()  # as in a library of 0.1.0
+    assert not asset_library.is_current(library)
 
 
 def test_removing_it_takes_its_entry_and_its_files(tmp_path: Path) -> None:

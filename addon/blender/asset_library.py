@@ -11,11 +11,12 @@ from pathlib import Path
 
 import bpy
 
-from .extension import IS_INSTALLED, PACKAGE
+from .extension import IS_INSTALLED, PACKAGE, version
 
 NAME = "True Diffuse"
 FILE = "true_diffuse.blend"
 CATALOG_FILE = "blender_assets.cats.txt"
+VERSION_FILE = "version.txt"  # holds the version of the extension that wrote the library
 NOTE = "disabled.json"
 KEPT = ("name", "import_method", "use_relative_path")  # settings of an entry
 
@@ -23,6 +24,12 @@ KEPT = ("name", "import_method", "use_relative_path")  # settings of an entry
 def folder() -> Path:
     """Return the folder for the library, in the user's own; raises ValueError in a checkout, which has none."""
     return Path(bpy.utils.extension_path_user(PACKAGE, path="assets"))
+
+
+def is_current(folder: Path) -> bool:
+    """Return whether this version of the extension wrote the library at `folder`."""
+    path = folder / VERSION_FILE
+    return path.is_file() and path.read_text(encoding="utf-8") == version()
 
 
 def entry(folder: Path) -> bpy.types.UserAssetLibrary | None:

@@ -19,6 +19,12 @@ def preferences() -> bpy.types.AddonPreferences | None:
 
 
 @cache
+def version() -> str:
+    """Return the version that the package's manifest states."""
+    return tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"]
+
+
+@cache
 def website() -> str | None:
     """Return the address of the manual's pages that the package's manifest states, None where it states none."""
     return tomllib.loads(MANIFEST.read_text(encoding="utf-8")).get("website")

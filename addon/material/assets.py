@@ -14,8 +14,9 @@ from pathlib import Path
 
 import bpy
 
-from ..blender.asset_library import CATALOG_FILE, FILE, NAME, add_entry, remove_entry
+from ..blender.asset_library import CATALOG_FILE, FILE, NAME, VERSION_FILE, add_entry, remove_entry
 from ..blender.engines import another_blender
+from ..blender.extension import version
 from ..nodes import GROUPS
 from . import materials
 from .apply_preset import create_material
@@ -53,7 +54,8 @@ def add(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".new_", dir=folder) as new:
             _write_in_another_blender(Path(new))
-            for name in (FILE, CATALOG_FILE):
+            (Path(new) / VERSION_FILE).write_text(version(), encoding="utf-8")
+            for name in (FILE, CATALOG_FILE, VERSION_FILE):
                 (Path(new) / name).replace(folder / name)
     except OSError as error:
         raise AssetError(f"Cannot write to {folder}: {error.strerror}") from error

@@ -3,16 +3,13 @@
 
 import os
 import platform
-import tomllib
 from collections.abc import Sequence
-from pathlib import Path
 
 import bpy
 
 from ..blender import engines
 from ..blender.engines import Engine
-
-MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
+from ..blender.extension import version
 
 
 def environment(used: Sequence[Engine]) -> dict[str, object]:
@@ -23,7 +20,7 @@ def environment(used: Sequence[Engine]) -> dict[str, object]:
             "processor": platform.processor() or platform.machine(),
             "cores": os.cpu_count(),
         },
-        "true_diffuse": tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"],
+        "true_diffuse": version(),
         "system_version": platform.platform(),  # apart from "machine", which is compared: this changes with every update
         "blender": bpy.app.version_string,
         "blender_build": bpy.app.build_hash.decode(errors="replace"),

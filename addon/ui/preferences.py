@@ -24,8 +24,12 @@ class TrueDiffusePreferences(bpy.types.AddonPreferences):
         layout = self.layout
         layout.use_property_split = True
         layout.prop(self, "report")
+        folder = asset_library.folder() if IS_INSTALLED else None
+        has_library = folder is not None and asset_library.entry(folder) is not None
+        if folder and has_library and not asset_library.is_current(folder):
+            layout.label(text="Another version of True Diffuse wrote the asset library", icon="INFO")
         row = layout.row()
-        if IS_INSTALLED and asset_library.entry(asset_library.folder()):
+        if has_library:
             row.operator(TRUE_DIFFUSE_OT_add_assets.bl_idname, text="Update Asset Library", icon="FILE_REFRESH")
             row.operator(TRUE_DIFFUSE_OT_remove_assets.bl_idname, text="Remove Asset Library", icon="TRASH")
         else:
