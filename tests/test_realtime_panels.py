@@ -196,6 +196,17 @@ def focused() -> None:
     bpy.context.scene.camera.data.dof.use_dof = True
 
 
+def panoramic() -> None:
+    bpy.context.scene.camera = link("Camera", bpy.data.cameras.new("Camera"))
+    bpy.context.scene.camera.data.type = "PANO"
+
+
+def spherical() -> None:
+    bpy.context.scene.camera = link("Camera", bpy.data.cameras.new("Camera"))
+    bpy.context.scene.camera.data.stereo.use_spherical_stereo = True
+    bpy.context.scene.render.use_multiview = True
+
+
 def with_passes() -> None:
     bpy.context.view_layer.use_pass_mist = True
 
@@ -232,6 +243,8 @@ def colored_by_nodes() -> None:
 SETTINGS = {
     "motion blur": blurred,
     "depth of field is not drawn (1): Camera": focused,
+    "cameras that are neither perspective nor orthographic are not rendered (1): Camera": panoramic,
+    "spherical stereo is not drawn (1): Camera": spherical,
     "passes stay empty (1): Mist": with_passes,
     "leaves these out, but they are drawn (1): Environment": without_sky,
     "volume is not drawn (1): World": foggy,

@@ -90,8 +90,9 @@ def of_settings(depsgraph: bpy.types.Depsgraph) -> Iterator[Omission]:
     scene, layer = depsgraph.scene, depsgraph.view_layer
     if scene.render.use_motion_blur:
         yield Omission("SCENE_DATA", "motion blur is not drawn")
-    if scene.camera and scene.camera.type == "CAMERA" and scene.camera.data.dof.use_dof:
-        yield Omission("CAMERA_DATA", "depth of field is not drawn", scene.camera.name)
+    if scene.camera and scene.camera.type == "CAMERA":
+        for what in _of_camera(scene.camera.data, scene.render.use_multiview):
+            yield Omission("CAMERA_DATA", what, scene.camera.name)
     passes = [item.name for item in layer.bl_rna.properties if _is_pass(item.identifier) and getattr(layer, item.identifier)]
     for name in (*passes, *(aov.name for aov in layer.aovs)):
         yield Omission("RENDERLAYERS", "passes stay empty", name)
@@ -113,6 +114,16 @@ def of_settings(depsgraph: bpy.types.Depsgraph) -> Iterator[Omission]:
 
 def _is_pass(setting: str) -> bool:
     return setting.startswith("use_pass_") and setting not in PASSES
+
+
+def _of_camera(camera: bpy.types.Camera, is_stereoscopic: bool) -> Iterator[str]:
+    """Yield what is not drawn of the scene's camera."""
+    if camera.dof.use_dof:
+        yield "depth of field is not drawn"
+    if camera.type not in {"PERSP", "ORTHO"}:
+        yield "cameras that are neither perspective nor orthographic are not rendered"
+    if is_stereoscopic and camera.stereo.use_spherical_stereo:
+        yield "spherical stereo is not drawn"
 
 
 def _of_object(item: bpy.types.Object) -> Iterator[tuple[str, str]]:
