@@ -66,7 +66,8 @@ def set_thickness(material: bpy.types.Material) -> None:
     elif not output.inputs["Thickness"].is_linked:
         thick = tree.nodes.new("ShaderNodeValue")
         # small, between the output and the node of its surface
-        thick.label, thick.location, thick.hide = THICK_LABEL, (output.location.x - 149.0, output.location.y - 105.0), True
+        thick.label, thick.width, thick.hide = THICK_LABEL, 180.0, True
+        thick.location = output.location.x - thick.width - 9.0, output.location.y - 105.0
         thick.outputs[0].default_value, thick.select = THICK, False
         tree.links.new(thick.outputs[0], output.inputs["Thickness"])
 
