@@ -24,7 +24,7 @@ from true_diffuse.addon.blender import engines, properties
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure.render import passes as render_passes
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.addon.realtime import engine, meshes, renderer, scene_cache, shadows, view, viewport
+from true_diffuse.addon.realtime import engine, meshes, not_drawn, renderer, scene_cache, shadows, view, viewport
 from true_diffuse.addon.realtime import register as register_engine
 from true_diffuse.addon.realtime import unregister as unregister_engine
 
@@ -365,6 +365,7 @@ class Window:
         area = next(area for screen in bpy.data.screens for area in screen.areas if area.type == "VIEW_3D")
         self.context = SimpleNamespace(region=region, region_data=seen, space_data=area.spaces.active, area=area)
         self.reports: list[str] = []
+        self.stats: tuple[str, str] = "", ""
         self.viewport = viewport.Viewport()
         self.target = gpu.types.GPUTexture((WIDTH, HEIGHT), format="RGBA32F")
 
@@ -372,7 +373,7 @@ class Window:
         self.reports.append(message)
 
     def update_stats(self, stats: str, info: str) -> None:
-        pass
+        self.stats = stats, info
 
     def draw(self) -> float:
         """Draw as Blender does and return the middle's red."""
@@ -587,6 +588,20 @@ def test_viewport_through_the_camera_draws_inside_its_border(stage: Stage) -> No
     bpy.context.view_layer.update()
     assert window.draw() == 0.0
     assert window.reports == []
+
+
+def test_viewport_says_what_is_left_out_and_lists_settings_with_the_last_sample(stage: Stage) -> None:
+    """A hair object is left out of every sample; that motion blur is asked for is looked up once there is time."""
+    window = Window(WIDTH)
+    stage.scene.true_diffuse.viewport_samples = 2
+    stage.scene.render.use_motion_blur = True
+    stage.square()
+    stage.link(bpy.data.objects.new("Hair", bpy.data.hair_curves.new("Hair")))
+    window.update()
+    for sample, listed in ((1, 1), (2, 2)):
+        window.draw()
+        assert window.stats == (f"Sample {sample}/2", "Hair curves are not drawn (1)")
+        assert len(not_drawn.messages(stage.scene)) == listed
 
 
 @pytest.mark.parametrize("kind", ["ORTHO", "PERSP"])

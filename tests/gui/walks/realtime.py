@@ -81,6 +81,7 @@ def tabs() -> Steps:
     mouse("key", "ctrl+v")
     yield 1.0
     assert abs(math.degrees(light.data.spot_size) - 40.0) < 1e-3, "the angle of the spot was not pasted"
+    point(*middle(area("VIEW_3D")))  # away from its tooltip
     view = area("VIEW_3D").spaces.active
     view.shading.type = "RENDERED"
     light.location, light.data.energy = (0.0, -2.0, 6.0), 1000.0
