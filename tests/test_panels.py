@@ -439,6 +439,11 @@ def test_measure_is_greyed_where_it_cannot_work(monkeypatch: pytest.MonkeyPatch)
     assert reason() == "No True Diffuse group makes this material's surface"
     material = clay()
     assert reason() == ""
+    old = clay()
+    specialize(group_node(old)[0])
+    material, measurable = old, material
+    assert "is of another version: Upgrade Groups" in reason()
+    material = measurable
     bpy.context.scene.render.engine = "BLENDER_WORKBENCH"
     assert "only EEVEE, Cycles and Realtime" in reason()
     bpy.context.scene.render.engine = CYCLES.identifier

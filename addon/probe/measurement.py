@@ -158,6 +158,8 @@ def total_work() -> float:
 def check(material: bpy.types.Material | None, scene: bpy.types.Scene) -> tuple[MaterialSummary, RenderSetup]:
     """Return the summary of `material` and the setup of `scene`; raises MeasurementError where they cannot be measured."""
     setup, summary = RenderSetup.of(scene), material_summary(material)
+    if summary is None and material and (found := group_node(material)):
+        raise MeasurementError(f"{found[0].node_tree.name} is of another version: Upgrade Groups makes it measurable")
     if summary is None:
         raise MeasurementError("No True Diffuse group makes this material's surface" if material else "There is no material")
     if summary.group == PRINCIPLED.key:

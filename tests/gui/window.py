@@ -80,21 +80,26 @@ def dress(theme: str, scale: float) -> None:
     bpy.context.preferences.view.ui_scale = scale
 
 
-def click_button(place: bpy.types.Area, kind: str, operator: str) -> Steps:
-    """Find the button of `operator`, as "object.delete", in the middle of a region of type `kind` from the top down; click it."""
+def point_at_button(place: bpy.types.Area, kind: str, operator: str) -> Steps:
+    """Point at the button of `operator`, as "object.delete": look in the middle of a region of type `kind` from the top down."""
     region = next(region for region in place.regions if region.type == kind)
-    x = region.x + region.width // 2
-    for y in range(region.y + region.height - 10, region.y, -10):
+    x, top = region.x + region.width // 2, region.y + region.height - 10
+    for y in range(top, region.y, -10):
         point(x, window().height - y)
-        yield 0.1 if y < region.y + region.height - 10 else 1.0  # the first time away from the button of the last click
+        yield 1.0 if y == top else 0.1  # the first time away from the button that was pointed at before
         bpy.context.window_manager.clipboard = ""
         with bpy.context.temp_override(window=window(), area=place, region=region):
             if bpy.ops.ui.copy_python_command_button.poll():
                 bpy.ops.ui.copy_python_command_button()
         if bpy.context.window_manager.clipboard.startswith(f"bpy.ops.{operator}("):
-            mouse("click", 1)
             return
     raise AssertionError(f"{operator} has no button here")
+
+
+def click_button(place: bpy.types.Area, kind: str, operator: str) -> Steps:
+    """Click the button of `operator`, as `point_at_button` finds it."""
+    yield from point_at_button(place, kind, operator)
+    mouse("click", 1)
 
 
 def cube() -> bpy.types.Object:

@@ -1,23 +1,76 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measure This Material from a button, with its progress, cancelled and finished; and the picture of the manual."""
+"""Pick Settings for Error and Measure This Material by their buttons, cancelled and finished; and the picture of the manual."""
 
 import bpy
 
-from window import RENDERED, Steps, area, click_button, cube, folder, middle, mouse, picture, point, side_by_side, undo, within
+from window import (
+    RENDERED,
+    Steps,
+    area,
+    click_button,
+    cube,
+    dress,
+    folder,
+    middle,
+    mouse,
+    picture,
+    point,
+    point_at_button,
+    side_by_side,
+    undo,
+    window,
+    within,
+)
 
 
 def walk() -> Steps:
     view, editor = side_by_side()
+    yield from portrait(view, editor)
+    for item in bpy.context.scene.objects:
+        item.hide_set(item is not cube())
+    bpy.context.view_layer.objects.active = cube()
+    cube().select_set(True)
+    bpy.context.scene.render.engine = "CYCLES"
+    view.spaces.active.shading.type = "SOLID"
     with within(view):
         bpy.ops.true_diffuse.assign_preset("EXEC_DEFAULT", True, key="clay")
-    bpy.ops.ed.undo_push(message="Clay")
-    editor.ui_type = "ShaderNodeTree"
-    yield 2.0
-    editor.spaces.active.show_region_ui = True
-    yield 2.0
-    next(region for region in editor.regions if region.type == "UI").active_panel_category = "True Diffuse"
-    yield 1.0
+    yield 3.0
+    yield from pick(view, editor)
     yield from step_by_step(view, editor)
+
+
+def orbit(view: bpy.types.Area) -> Steps:
+    """Turn the view by the mouse, and see that the window hears it."""
+    before = view.spaces.active.region_3d.view_rotation.copy()
+    x, y = middle(view)
+    point(x, y)
+    mouse("mousedown", 2)
+    for step in range(4):
+        mouse("mousemove", x + 24 * step, y - 12 * step)
+        yield 0.2
+    mouse("mouseup", 2)
+    yield 0.1
+    assert view.spaces.active.region_3d.view_rotation.rotation_difference(before).angle > 0.1, "the window was frozen"
+
+
+def scroll(editor: bpy.types.Area) -> Steps:
+    """Turn the wheel down to the end of the sidebar."""
+    sidebar = next(region for region in editor.regions if region.type == "UI")
+    point(sidebar.x + sidebar.width // 2, window().height - (sidebar.y + sidebar.height // 2))
+    yield 1.0
+    for _ in range(40):
+        mouse("click", 5)
+    yield 1.0
+
+
+def finished() -> Steps:
+    """Wait until nothing is measured any more."""
+    for _ in range(90):
+        yield 1.0
+        if bpy.ops.true_diffuse.measure.poll():
+            yield 2.0
+            return
+    raise AssertionError("the measurement has no end")
 
 
 def portrait(view: bpy.types.Area, editor: bpy.types.Area) -> Steps:
@@ -52,26 +105,17 @@ def data() -> tuple[object, ...]:
 
 def step_by_step(view: bpy.types.Area, editor: bpy.types.Area) -> Steps:
     """Click the button; orbit, undo and save while it measures; cancel; open another file meanwhile; measure to the end."""
-    bpy.context.scene.render.engine = "CYCLES"
-    view.spaces.active.shading.type = "SOLID"
     with within(view):
         bpy.ops.true_diffuse.assign_preset("EXEC_DEFAULT", True, key="chalk")
     file = str(folder / "measure.blend")
     bpy.ops.wm.save_as_mainfile(filepath=file)
     yield 3.0
-    before, orbit = data(), view.spaces.active.region_3d.view_rotation.copy()
+    before = data()
     yield from click_button(editor, "UI", "true_diffuse.measure")
     yield 1.0
-    x, y = middle(view)
-    point(x, y)
-    mouse("mousedown", 2)
-    for step in range(4):
-        mouse("mousemove", x + 24 * step, y - 12 * step)
-        yield 0.2
-    mouse("mouseup", 2)
+    yield from orbit(view)
     picture("measuring")
     assert not bpy.ops.true_diffuse.measure.poll() and data() == before
-    assert view.spaces.active.region_3d.view_rotation.rotation_difference(orbit).angle > 0.1, "the window was frozen"
     mouse("key", "Escape")
     yield 2.0
     picture("cancelled")
@@ -102,10 +146,55 @@ def step_by_step(view: bpy.types.Area, editor: bpy.types.Area) -> Steps:
         yield 2.0
         assert bpy.ops.true_diffuse.measure.poll(), meanwhile
     yield from click_button(editor, "UI", "true_diffuse.measure")
-    for _ in range(60):
-        yield 1.0
-        if bpy.ops.true_diffuse.measure.poll():
-            break
-    yield 2.0
+    yield from finished()
     picture("finished")
     assert data() == before
+    bpy.context.scene.render.engine = "BLENDER_WORKBENCH"
+    yield from point_at_button(editor, "UI", "true_diffuse.measure")
+    yield 2.0
+    picture("greyed")
+    bpy.context.scene.render.engine = "CYCLES"
+    dress("Blender_Light", 1.5)
+    yield 2.0
+    yield from scroll(editor)
+    with within(editor):
+        bpy.ops.true_diffuse.measure("INVOKE_DEFAULT")
+    yield 1.0
+    picture("light")
+    mouse("key", "Escape")
+    yield 1.0
+
+
+def pick(view: bpy.types.Area, editor: bpy.types.Area) -> Steps:
+    """Pick Settings from a fresh install: cancelled, then to its end, then undone."""
+    for index, preset in enumerate(("chalk", "plaster", "skin_2")):
+        with within(view):
+            bpy.ops.mesh.primitive_uv_sphere_add(location=(2.5 * index - 2.5, 3.0, 0.0))
+            bpy.ops.true_diffuse.assign_preset("EXEC_DEFAULT", True, key=preset)
+    bpy.context.view_layer.objects.active = cube()
+    bpy.ops.ed.undo_push(message="Spheres")
+    yield 2.0
+    scene, before = bpy.context.scene, data()
+    samples = scene.cycles.samples
+    yield from click_button(editor, "UI", "true_diffuse.pick_settings")
+    yield 1.0
+    yield from orbit(view)
+    picture("picking")
+    assert not bpy.ops.true_diffuse.pick_settings.poll()
+    mouse("key", "Escape")
+    yield 2.0
+    picture("picking_cancelled")
+    assert data() == before and scene.cycles.samples == samples
+    yield from click_button(editor, "UI", "true_diffuse.pick_settings")
+    yield from finished()
+    yield from scroll(editor)
+    picture("picked")
+    assert 1 < scene.cycles.samples < samples
+    yield from undo()
+    scene = bpy.context.scene
+    assert scene.cycles.samples == samples
+    yield from click_button(editor, "UI", "true_diffuse.pick_settings")
+    yield 1.0  # measured already
+    assert 1 < scene.cycles.samples < samples
+    mouse("key", "Escape")
+    yield 2.0
