@@ -174,6 +174,11 @@ def _legend(layout: bpy.types.UILayout, entries: Sequence[tuple[int, str]]) -> N
         layout.label(text=text, icon_value=icon)
 
 
+def _wrap(text: str) -> list[str]:
+    """Return `text` in lines that fit into a sidebar."""
+    return textwrap.wrap(text, LINE_LENGTH, break_on_hyphens=False)
+
+
 def _caption(layout: bpy.types.UILayout, *lines: str) -> None:
     column = layout.column(align=True)
     column.scale_y = 0.75
@@ -187,9 +192,9 @@ def draw_accuracy(
     """Draw the stated error of the formulas that `summary` names, and the last measurement of the material's surface."""
     from ..material.summary import mapped_error, material_summary, stated_error
 
-    first, *rest = textwrap.wrap(stated_error(summary, scene) or "Not measured yet", LINE_LENGTH)
+    first, *rest = _wrap(stated_error(summary, scene) or "Not measured yet")
     layout.label(text=first, icon="INFO")
-    _caption(layout, *rest, *textwrap.wrap(mapped_error(summary, material, scene), LINE_LENGTH))
+    _caption(layout, *rest, *_wrap(mapped_error(summary, material, scene)))
     layout.operator(TRUE_DIFFUSE_OT_measure.bl_idname)
     _draw_running(layout, TRUE_DIFFUSE_OT_measure)
     measurement = measurements.get(material.session_uid)
@@ -202,7 +207,7 @@ def draw_accuracy(
         column.active = False
     for line in measurement.lines():
         column.label(text=line)
-    _caption(layout, *textwrap.wrap(measurement.meaning, LINE_LENGTH))
+    _caption(layout, *_wrap(measurement.meaning))
 
 
 def _draw_running(layout: bpy.types.UILayout, operator: type[bpy.types.Operator]) -> None:
@@ -239,7 +244,7 @@ def _draw_losses(layout: bpy.types.UILayout, target: str, lines: Sequence[str] |
         text=f"{target}: {f'{len(lines)} not carried' if lines else 'all is carried'}", icon="ERROR" if lines else "CHECKMARK"
     )
     for line in lines:
-        _caption(layout, *textwrap.wrap(line, LINE_LENGTH))
+        _caption(layout, *_wrap(line))
 
 
 def draw_lights(layout: bpy.types.UILayout, context: bpy.types.Context, node: bpy.types.Node, summary: "MaterialSummary") -> None:

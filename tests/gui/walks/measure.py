@@ -60,7 +60,7 @@ def scroll(editor: bpy.types.Area) -> Steps:
     yield 1.0
     for _ in range(40):
         mouse("click", 5)
-    yield 1.0
+    yield 3.0
 
 
 def finished() -> Steps:
@@ -171,7 +171,9 @@ def pick(view: bpy.types.Area, editor: bpy.types.Area) -> Steps:
         with within(view):
             bpy.ops.mesh.primitive_uv_sphere_add(location=(2.5 * index - 2.5, 3.0, 0.0))
             bpy.ops.true_diffuse.assign_preset("EXEC_DEFAULT", True, key=preset)
+        bpy.context.object.select_set(False)
     bpy.context.view_layer.objects.active = cube()
+    cube().select_set(True)
     bpy.ops.ed.undo_push(message="Spheres")
     yield 2.0
     scene, before = bpy.context.scene, data()
