@@ -92,6 +92,7 @@ class SphereScene(StudyScene):
         angle = math.radians(DEGREES)
         towards = Vector((math.sin(angle), -math.cos(angle), 0.0))
         self.built.sun.matrix_world = towards.to_track_quat("Z", "Y").to_matrix().to_4x4()
+        self.built.scene.view_layers[0].update()  # the sun's direction is what Blender makes of its rotation, from now on
         self.suns = [self.built.sun]
 
     def picture(

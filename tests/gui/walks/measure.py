@@ -60,7 +60,9 @@ def scroll(editor: bpy.types.Area) -> Steps:
     yield 1.0
     for _ in range(40):
         mouse("click", 5)
-    yield 3.0
+    yield 2.0
+    sidebar.tag_redraw()
+    yield 1.0
 
 
 def finished() -> Steps:
