@@ -51,29 +51,14 @@ def panels(group: Group) -> dict[str, list[str]]:
     return found
 
 
-@pytest.mark.parametrize("group", GROUPS, ids=lambda group: group.key)
-def test_node_is_200_wide_and_without_a_selector_of_groups(group: Group) -> None:
-    node = materials.create("New", group).node_tree.nodes[group.name]
-    assert node.width == 200.0 and not node.show_options
-    assert group.ensure().default_group_node_width == 200  # what Blender gives a node that it makes
-
-
 def test_panels_are_those_of_the_principled_in_its_order() -> None:
     ours = panels(PRINCIPLED)
-    assert list(ours) == list(PANELS)
+    assert list(ours) == list(PANELS) and ours["Diffuse"] == ["Model", "Quality", "Diffuse Roughness"]
     assert {name: [socket for socket in sockets if socket not in OWN] for name, sockets in ours.items()} == PANELS
-    assert ours["Diffuse"] == ["Model", "Quality", "Diffuse Roughness"]
-
-
-def test_panels_of_subsurface_are_named_as_those_of_the_principled() -> None:
     assert list(panels(SUBSURFACE)) == [name for name in PANELS if name in panels(SUBSURFACE)]
-    assert not panels(ROUGH_DIFFUSE)
-
-
-@pytest.mark.parametrize("group", [PRINCIPLED, SUBSURFACE], ids=lambda group: group.key)
-def test_only_the_panel_that_a_group_is_for_is_open(group: Group) -> None:
-    items = [item for item in group.ensure().interface.items_tree if item.item_type == "PANEL"]
-    assert [item.name for item in items if not item.default_closed] == ["Diffuse" if group is PRINCIPLED else "Subsurface"]
+    for group, name in ((PRINCIPLED, "Diffuse"), (SUBSURFACE, "Subsurface")):  # what a group is for is open
+        items = [item for item in group.ensure().interface.items_tree if item.item_type == "PANEL"]
+        assert [item.name for item in items if not item.default_closed] == [name]
 
 
 @pytest.mark.parametrize(("group", "name"), ROUGH, ids=[group.key for group, _ in ROUGH])
@@ -104,9 +89,11 @@ def test_roughness_of_an_old_slider_stays_above_1(group: Group) -> None:
 
 
 @pytest.mark.parametrize("group", GROUPS, ids=lambda group: group.key)
-def test_blender_dims_no_input_that_another_engine_needs(group: Group) -> None:
+def test_node_is_200_wide_and_blender_dims_no_input_that_another_engine_needs(group: Group) -> None:
     """Blender dims what it finds unused: Method may not stay so when the engine changes to Cycles."""
     made = shown(group)
+    node = made.node_tree.nodes[group.name]
+    assert node.width == group.ensure().default_group_node_width == 200.0 and not node.show_options
     for engine in (engines.EEVEE, engines.CYCLES, engines.EEVEE):
         bpy.context.scene.render.engine = engine.identifier
         bpy.context.view_layer.update()
