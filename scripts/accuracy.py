@@ -83,6 +83,17 @@ def soft(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     yield Section(steps, {"RMS difference of EEVEE from Cycles under an area light, in %": study.soft_table})
 
 
+def shadows(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
+    """Hold True Diffuse Realtime against Cycles under lights with a size, by the number of samples."""
+    from true_diffuse.scripts.studies import soft_shadows as study
+
+    if len(engines) < len(NODE_ENGINES):
+        raise BadInput("Cycles and EEVEE's graphics driver are both needed")
+    register_realtime()
+    title = "RMS difference of Realtime from Cycles: of all pixels / without the worst 1 % / in the mean"
+    yield Section(study.steps(load_character("human"), options.quick), {title: study.table})
+
+
 def stability(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Hold GLSL and OSL in 32-bit floats against their formulas in 50 digits, and the plain subsurface formulas against ours."""
     try:
@@ -259,6 +270,7 @@ MEASURES: dict[str, Measure] = {
         mapped,
         engines,
         soft,
+        shadows,
         stability,
         cost,
         scale,
