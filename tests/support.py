@@ -132,7 +132,9 @@ class CountedProgress:
 
 
 class Layout:
-    """Stands in for Blender's UILayout: collects texts and what is offered."""
+    """Stands in for Blender's UILayout in a menu: collects texts and what is offered."""
+
+    emboss = "PULLDOWN_MENU"
 
     def __init__(self, root: "Layout | None" = None) -> None:
         self.root = root or self

@@ -218,6 +218,17 @@ def test_operators_say_what_they_did(capfd: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.usefixtures("registered")
+def test_menu_search_lists_each_preset_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Layout, "emboss", "NORMAL")  # as Blender draws menus to search them
+    names = []
+    for menu in menus.PRESET_MENUS:
+        layout = Layout()
+        menu.draw(SimpleNamespace(layout=layout, bl_label=menu.bl_label), bpy.context)
+        names += layout.offered
+    assert sorted(names) == sorted(f"true_diffuse.assign_preset {preset.name}" for preset in PRESETS.values())
+
+
+@pytest.mark.usefixtures("registered")
 def test_nodes_of_lights_and_worlds_have_no_menu_of_ours() -> None:
     light = bpy.data.lights.new("Key", "POINT")
     for owner, is_ours in ((bpy.data.materials.new("Clay"), True), (light, False), (bpy.data.worlds.new("Sky"), False)):

@@ -140,7 +140,14 @@ class TRUE_DIFFUSE_MT_node(bpy.types.Menu):
 
 
 def draw_pictures(layout: bpy.types.UILayout, presets: "Sequence[Preset]", operator: type[bpy.types.Operator]) -> None:
-    """Draw a picture and the name of each preset in a menu; both call `operator` with its key."""
+    """Draw a picture and the name of each preset in a menu; both call `operator` with its key.
+
+    Blender's menu search draws menus, too, in no menu's style, to list what has an operator: there each preset is a name alone.
+    """
+    if layout.emboss == "NORMAL":
+        for preset in presets:
+            layout.operator(operator.bl_idname, text=preset.name).key = preset.key
+        return
     row = layout.row()
     for first in range(COLUMNS):  # column by column: Blender puts a picture right of everything drawn before it in other columns
         column = row.column()
