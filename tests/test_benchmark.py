@@ -19,6 +19,7 @@ from true_diffuse.addon.material.summary import material_summary
 from true_diffuse.addon.measure.record import Record, Step, advance
 from true_diffuse.addon.models import OrenNayar
 from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group
+from true_diffuse.addon.operators import tolerance as tolerance_operator
 from true_diffuse.addon.probe import benchmark
 from true_diffuse.addon.probe.benchmark import Variant
 from true_diffuse.addon.probe.measurement import RenderSetup
@@ -79,6 +80,7 @@ def test_settings_are_picked_without_a_report(monkeypatch: pytest.MonkeyPatch) -
     assert sphere["floor"] == pytest.approx(sphere_error(Rendered(OrenNayar(SIGMA), CYCLES_LOBES), OrenNayar(SIGMA), 60.0), rel=0.1)
     error = math.hypot(sphere["floor"], five["points"][-1]["error"] * math.sqrt(4.0 / scene.cycles.samples))
     assert error <= 0.02 * 1.001 and scene.cycles.samples > 4
+    assert tolerance_operator.picked[scene.session_uid].lines[0] == f"2 % expected with {scene.cycles.samples} samples"
     # what is kept is not measured again; another roughness is
     monkeypatch.setattr(benchmark, "steps", lambda missing, _: pytest.fail(f"measures {missing}"))
     scene.true_diffuse.error = 4.0

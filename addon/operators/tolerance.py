@@ -100,8 +100,10 @@ class TRUE_DIFFUSE_OT_pick_settings(StepsOperator):
         expected = percent(max(choice.expected_error for choice in choices.values()))
         asked = percent(scene.true_diffuse.error / 100.0)
         self.report({"INFO"}, f"{setup.engine.label}, {asked}: {variants} with {samples} samples, {expected} expected")
-        lines = f"{expected} expected with {samples} samples", f"{setup.engine.label}, {variants}"
-        picked[scene.session_uid] = Picked(scene.true_diffuse.error, setup, lines)
+        lines = [f"{expected} expected with {samples} samples", f"{setup.engine.label}, {variants}"]
+        if len({choice.samples for choice in choices.values()}) > 1:
+            lines.append(f"{max(choices, key=lambda material: choices[material].samples).name} needs the most samples")
+        picked[scene.session_uid] = Picked(scene.true_diffuse.error, setup, tuple(lines))
         redraw(context)
         if self.has_window and material_of(context) in choices and bpy.ops.true_diffuse.measure.poll():
             bpy.ops.true_diffuse.measure("INVOKE_DEFAULT")
