@@ -191,6 +191,8 @@ def pick(view: bpy.types.Area, editor: bpy.types.Area) -> Steps:
     assert data() == before and scene.cycles.samples == samples
     yield from click_button(editor, "UI", "true_diffuse.pick_settings")
     yield from finished()
+    area("PROPERTIES").spaces.active.context = "SCENE"  # which has the section Error as a panel
+    yield 1.0
     yield from scroll(editor)
     picture("picked")
     assert 1 < scene.cycles.samples < samples
