@@ -627,7 +627,7 @@ def test_panel_says_where_the_numbers_come_from(tmp_path: Path, monkeypatch: pyt
     bpy.ops.mesh.primitive_cube_add()
     scene, material = bpy.context.scene, clay(Roughness=0.33)
     bpy.context.object.data.materials.append(material)
-    assert "This machine is measured at first use" in drawn(material).texts
+    assert "Measures this machine first" in drawn(material).texts
     monkeypatch.setattr(tolerance_operator, "report_path", lambda: report(tmp_path))
     monkeypatch.setattr(panels, "report_path", lambda: report(tmp_path))
     scene.true_diffuse.error = 1.0

@@ -227,7 +227,7 @@ def source() -> str:
     try:
         day = datetime.fromtimestamp(path().stat().st_mtime).date()
     except FileNotFoundError:
-        return "This machine is measured at first use"
+        return "Measures this machine first"
     return f"Measured on this machine, {day}"
 
 

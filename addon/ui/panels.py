@@ -309,7 +309,7 @@ def draw_error(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
         for line in now.lines:
             column.label(text=line)
     report = report_path()
-    _caption(layout, f"By the report {report.name}" if report else benchmark.source())
+    _caption(layout, *_wrap(f"By the report {report.name}" if report else benchmark.source()))
 
 
 register, unregister = bpy.utils.register_classes_factory((TRUE_DIFFUSE_PT_material, TRUE_DIFFUSE_PT_node, TRUE_DIFFUSE_PT_scene))
