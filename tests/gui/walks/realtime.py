@@ -266,8 +266,13 @@ def orbit_and_render() -> Steps:
     yield DRAWN
     picture("realtime_orbited")
     scene.render.resolution_percentage = 30  # a software driver takes minutes for a whole picture
+    stats: list[object] = []
+    bpy.app.handlers.render_stats.append(lambda said, *_: stats.append(said))
     bpy.ops.render.render("INVOKE_DEFAULT")
-    yield 2.0  # Blender crashes where the engine changes before the first sample: it frees the engine that is to render
+    for _ in range(300):  # until then Blender crashes where the engine changes: it frees the engine that is to render
+        yield 0.2
+        if stats:  # the engine has said something
+            break
     scene.render.engine = "BLENDER_EEVEE"  # while it renders
     yield DRAWN
     picture("realtime_rendered")
