@@ -19,6 +19,7 @@ from window import (
     nodes,
     picture,
     point,
+    say,
     side_by_side,
     within,
 )
@@ -265,14 +266,17 @@ def orbit_and_render() -> Steps:
     nodes()["Rough Diffuse"].inputs["Roughness"].default_value = 0.0
     yield DRAWN
     picture("realtime_orbited")
+    for drawing in [item for item in scene.objects if item.type == "GREASEPENCIL"]:
+        bpy.data.objects.remove(drawing)  # Blender crashes where it draws these in a render while EEVEE starts in a viewport
     scene.render.resolution_percentage = 30  # a software driver takes minutes for a whole picture
-    stats: list[object] = []
-    bpy.app.handlers.render_stats.append(lambda said, *_: stats.append(said))
+    stats: list[str] = []
+    bpy.app.handlers.render_stats.append(lambda said, *_: stats.append(str(said)))
     bpy.ops.render.render("INVOKE_DEFAULT")
     for _ in range(300):  # until then Blender crashes where the engine changes: it frees the engine that is to render
         yield 0.2
-        if stats:  # the engine has said something
+        if any("Sample" in said for said in stats):
             break
+    say(f"changed the engine after {stats}")
     scene.render.engine = "BLENDER_EEVEE"  # while it renders
     yield DRAWN
     picture("realtime_rendered")
