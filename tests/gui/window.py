@@ -96,6 +96,51 @@ def point_at_button(place: bpy.types.Area, kind: str, operator: str) -> Steps:
     raise AssertionError(f"{operator} has no button here")
 
 
+def orbit(view: bpy.types.Area, steps: int) -> Steps:
+    """Turn a 3D Viewport by dragging the mouse."""
+    x, y = middle(view)
+    point(x, y)
+    mouse("mousedown", 2)
+    for step in range(steps):
+        mouse("mousemove", x + 12 * step, y - 6 * step)
+        yield 0.3
+    mouse("mouseup", 2)
+
+
+def open_sidebar(editor: bpy.types.Area) -> Steps:
+    """Make an editor a Shader Editor with our tab of the sidebar open."""
+    editor.ui_type = "ShaderNodeTree"
+    yield 2.0
+    editor.spaces.active.show_region_ui = True
+    yield 2.0
+    next(region for region in editor.regions if region.type == "UI").active_panel_category = "True Diffuse"
+
+
+def show_preferences() -> Steps:
+    """Open the Preferences at the extension's page."""
+    bpy.ops.screen.userpref_show()
+    yield 2.0
+    bpy.context.preferences.active_section = "ADDONS"
+    bpy.context.window_manager.addon_search = "True Diffuse"
+    bpy.ops.preferences.addon_expand(module=MODULE)
+    yield 2.0
+
+
+def head_in_eevee(view: bpy.types.Area, editor: bpy.types.Area) -> Steps:
+    """Show a head of clay in EEVEE, and its node with the sidebar."""
+    bpy.context.scene.render.engine = "BLENDER_EEVEE"
+    cube().hide_set(True)
+    with within(view):
+        bpy.ops.mesh.primitive_monkey_add(rotation=(0.0, 0.0, 0.6))
+        bpy.ops.object.shade_smooth()
+        bpy.ops.object.modifier_add(type="SUBSURF")
+        bpy.ops.true_diffuse.assign_preset("EXEC_DEFAULT", True, key="clay")
+        bpy.ops.view3d.view_selected()
+    view.spaces.active.overlay.show_overlays = False
+    view.spaces.active.shading.type = "RENDERED"
+    yield from open_sidebar(editor)
+
+
 def click_button(place: bpy.types.Area, kind: str, operator: str) -> Steps:
     """Click the button of `operator`, as `point_at_button` finds it."""
     yield from point_at_button(place, kind, operator)

@@ -3,16 +3,11 @@
 
 import bpy
 
-from window import MODULE, Steps, close_other_windows, cube, middle, mouse, picture, point, side_by_side, window
+from window import Steps, close_other_windows, cube, middle, mouse, picture, point, show_preferences, side_by_side, window
 
 
 def walk() -> Steps:
-    bpy.ops.screen.userpref_show()
-    yield 2.0
-    bpy.context.preferences.active_section = "ADDONS"
-    bpy.context.window_manager.addon_search = "True Diffuse"
-    bpy.ops.preferences.addon_expand(module=MODULE)
-    yield 2.0
+    yield from show_preferences()
     picture("preferences")
     bpy.ops.true_diffuse.add_assets()
     yield 2.0

@@ -5,11 +5,10 @@ The places to click are those of the default layout in a window of 1600 x 1000 a
 """
 
 from collections.abc import Callable
-from pathlib import Path
 
 import bpy
 
-from window import Steps, area, assign, cube, folder, group_of, menu, middle, mouse, node_of, picture, point, say, within
+from window import Steps, area, assign, cube, dress, folder, group_of, menu, middle, mouse, node_of, picture, point, say, within
 
 SLOTS_TAB = 1333, 654  # Material, in the Properties editor
 PICTURE = 1384, 466  # what opens the gallery, in the material's panel
@@ -149,11 +148,9 @@ def keep_links() -> Steps:
 
 def look() -> Steps:
     """The panel, the gallery and Solid view, of a preset and without a material, in the light theme and enlarged."""
-    view, preferences = area("VIEW_3D"), bpy.context.preferences
-    themes = Path(bpy.utils.system_resource("SCRIPTS")) / "presets" / "interface_theme"
+    view = area("VIEW_3D")
     for theme, scale in (("Blender_Dark", 1.0), ("Blender_Light", 1.0), ("Blender_Light", 1.5), ("Blender_Dark", 1.5)):
-        bpy.ops.script.execute_preset(filepath=str(themes / f"{theme}.xml"), menu_idname="USERPREF_MT_interface_theme_presets")
-        preferences.view.ui_scale = scale
+        dress(theme, scale)
         name = f"{theme.partition('_')[2].lower()}_{scale:g}"
         for preset in ("felt", "marble", ""):
             if preset:

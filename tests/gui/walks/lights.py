@@ -3,7 +3,7 @@
 
 import bpy
 
-from window import Steps, area, cube, dress, folder, middle, mouse, nodes, picture, point, side_by_side, undo, within
+from window import Steps, area, cube, dress, folder, middle, mouse, nodes, open_sidebar, picture, point, side_by_side, undo, within
 
 
 def warning() -> Steps:
@@ -12,13 +12,9 @@ def warning() -> Steps:
     with within(view), bpy.context.temp_override(selected_objects=[cube()]):
         assert bpy.ops.true_diffuse.assign_preset("EXEC_DEFAULT", True, key="clay") == {"FINISHED"}
     nodes()["Rough Diffuse"].inputs["Quality"].default_value = "Exact for Chosen Lights"
-    editor.ui_type = "ShaderNodeTree"
     properties = area("PROPERTIES")
     properties.spaces.active.context = "MATERIAL"
-    yield 2.0
-    editor.spaces.active.show_region_ui = True
-    yield 1.0
-    next(region for region in editor.regions if region.type == "UI").active_panel_category = "True Diffuse"
+    yield from open_sidebar(editor)
     with within(editor):
         bpy.ops.node.view_all()
     bpy.ops.ed.undo_push(message="Clay")

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Nodes, the Surface panel and the plots as an artist sees them: in the dark and the light theme, at Resolution Scale 1 and 1.5."""
 
-from pathlib import Path
-
 import bpy
 
-from window import Steps, area, cube, mouse, nodes, picture, window, within
+from window import Steps, area, cube, dress, mouse, nodes, picture, window, within
 
 SPACING = 230.0  # between nodes, in units of the editor
 ROUGHNESS = (120.0, -122.0)  # the slider of Rough Diffuse, from the corner of its node
@@ -200,16 +198,7 @@ def in_all_looks(step: str, *names: str) -> Steps:
     yield from frame(*names)
     mouse("mousemove", *AWAY)
     for theme in ("Dark", "Light"):
-        use_theme(f"Blender_{theme}")
+        dress(f"Blender_{theme}", bpy.context.preferences.view.ui_scale)
         yield 1.0
         picture(f"{step}_{theme.lower()}_{bpy.context.preferences.view.ui_scale:g}")
-    use_theme("Blender_Dark")
-
-
-def use_theme(name: str) -> None:
-    """Use a theme of Blender's."""
-    if name == "Blender_Dark":
-        bpy.ops.preferences.reset_default_theme()
-        return
-    (path,) = (path for folder in bpy.utils.preset_paths("interface_theme") for path in Path(folder).glob(f"{name}.xml"))
-    bpy.ops.script.execute_preset(filepath=str(path), menu_idname="USERPREF_MT_interface_theme_presets")
+    bpy.ops.preferences.reset_default_theme()

@@ -11,8 +11,9 @@ from window import (
     cube,
     dress,
     folder,
-    middle,
+    head_in_eevee,
     mouse,
+    orbit,
     picture,
     point,
     point_at_button,
@@ -39,16 +40,10 @@ def walk() -> Steps:
     yield from step_by_step(view, editor)
 
 
-def orbit(view: bpy.types.Area) -> Steps:
+def orbit_alive(view: bpy.types.Area) -> Steps:
     """Turn the view by the mouse, and see that the window hears it."""
     before = view.spaces.active.region_3d.view_rotation.copy()
-    x, y = middle(view)
-    point(x, y)
-    mouse("mousedown", 2)
-    for step in range(4):
-        mouse("mousemove", x + 24 * step, y - 12 * step)
-        yield 0.2
-    mouse("mouseup", 2)
+    yield from orbit(view, 8)
     yield 0.1
     assert view.spaces.active.region_3d.view_rotation.rotation_difference(before).angle > 0.1, "the window was frozen"
 
@@ -77,21 +72,7 @@ def finished() -> Steps:
 
 def portrait(view: bpy.types.Area, editor: bpy.types.Area) -> Steps:
     """Leave the picture of the manual: a head in EEVEE, its node, the sidebar after Measure This Material."""
-    bpy.context.scene.render.engine = "BLENDER_EEVEE"
-    cube().hide_set(True)
-    with within(view):
-        bpy.ops.mesh.primitive_monkey_add(rotation=(0.0, 0.0, 0.6))
-        bpy.ops.object.shade_smooth()
-        bpy.ops.object.modifier_add(type="SUBSURF")
-        bpy.ops.true_diffuse.assign_preset("EXEC_DEFAULT", True, key="clay")
-        bpy.ops.view3d.view_selected()
-    view.spaces.active.overlay.show_overlays = False
-    view.spaces.active.shading.type = "RENDERED"
-    editor.ui_type = "ShaderNodeTree"
-    yield 2.0
-    editor.spaces.active.show_region_ui = True
-    yield 2.0
-    next(region for region in editor.regions if region.type == "UI").active_panel_category = "True Diffuse"
+    yield from head_in_eevee(view, editor)
     with within(editor):
         bpy.ops.node.view_all()
         assert bpy.ops.true_diffuse.measure("EXEC_DEFAULT", True) == {"FINISHED"}
@@ -115,7 +96,7 @@ def step_by_step(view: bpy.types.Area, editor: bpy.types.Area) -> Steps:
     before = data()
     yield from click_button(editor, "UI", "true_diffuse.measure")
     yield 1.0
-    yield from orbit(view)
+    yield from orbit_alive(view)
     picture("measuring")
     assert not bpy.ops.true_diffuse.measure.poll() and data() == before
     mouse("key", "Escape")
@@ -182,7 +163,7 @@ def pick(view: bpy.types.Area, editor: bpy.types.Area) -> Steps:
     samples = scene.cycles.samples
     yield from click_button(editor, "UI", "true_diffuse.pick_settings")
     yield 1.0
-    yield from orbit(view)
+    yield from orbit_alive(view)
     picture("picking")
     assert not bpy.ops.true_diffuse.pick_settings.poll()
     mouse("key", "Escape")

@@ -18,6 +18,7 @@ from window import (
     mouse,
     picture,
     point,
+    show_preferences,
     side_by_side,
     undo,
     window,
@@ -194,11 +195,7 @@ def comparison() -> Steps:
 
 def preferences() -> Steps:
     """The page, and the library's entry while the extension is disabled and enabled again."""
-    bpy.ops.screen.userpref_show()
-    yield 2.0
-    bpy.context.preferences.active_section = "ADDONS"
-    bpy.context.window_manager.addon_search = "True Diffuse"
-    bpy.ops.preferences.addon_expand(module=MODULE)
+    yield from show_preferences()
     for theme, scale in (("Blender_Light", 1.5), ("Blender_Dark", 1.0)):
         dress(theme, scale)
         yield 2.0
