@@ -2,7 +2,6 @@
 """The engine True Diffuse Realtime: its panels, what it does not draw, Blender's overlays on its pictures, and a render."""
 
 import math
-from pathlib import Path
 
 import bpy
 
@@ -14,9 +13,11 @@ from window import (
     assign,
     close_other_windows,
     cube,
+    dress,
     middle,
     mouse,
     nodes,
+    orbit,
     picture,
     point,
     say,
@@ -37,11 +38,6 @@ def select(*items: bpy.types.Object) -> None:
 def in_mode(mode: str) -> None:
     with within(area("VIEW_3D")):
         assert bpy.ops.object.mode_set(mode=mode) == {"FINISHED"}
-
-
-def use_theme(name: str) -> None:
-    (folder,) = bpy.utils.preset_paths("interface_theme")
-    bpy.ops.script.execute_preset(filepath=str(Path(folder) / f"{name}.xml"), menu_idname="USERPREF_MT_interface_theme_presets")
 
 
 def build() -> Steps:
@@ -92,16 +88,15 @@ def tabs() -> Steps:
     light.data.spot_blend = 1.0
     yield DRAWN
     picture("spot_blended")
-    use_theme("Blender_Light")
-    yield 2.0
-    picture("light_theme")
-    bpy.context.preferences.view.ui_scale = 1.5
-    yield 2.0
-    picture("light_theme_large")
-    use_theme("Blender_Dark")
-    yield 2.0
-    picture("dark_theme_large")
-    bpy.context.preferences.view.ui_scale = 1.0
+    for theme, scale, step in (
+        ("Light", 1.0, "light_theme"),
+        ("Light", 1.5, "light_theme_large"),
+        ("Dark", 1.5, "dark_theme_large"),
+    ):
+        dress(f"Blender_{theme}", scale)
+        yield 2.0
+        picture(step)
+    dress("Blender_Dark", 1.0)
     light.data.type, light.rotation_euler, light.data.energy = "SUN", (0.6, 0.5, 0.0), 2.0
     yield 1.0
 
@@ -256,13 +251,7 @@ def orbit_and_render() -> Steps:
     view.spaces.active.shading.type = "RENDERED"
     yield DRAWN
     picture("realtime")
-    x, y = middle(view)
-    point(x, y)
-    mouse("mousedown", 2)
-    for step in range(8):
-        mouse("mousemove", x + 12 * step, y - 6 * step)
-        yield 0.3
-    mouse("mouseup", 2)
+    yield from orbit(view, 8)
     nodes()["Rough Diffuse"].inputs["Roughness"].default_value = 0.0
     yield DRAWN
     picture("realtime_orbited")
