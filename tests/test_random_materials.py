@@ -307,11 +307,28 @@ def source(socket: Socket, choose: Random) -> str:
     return "tilted" if socket.hide_value else choose.choice(list(SOURCES))
 
 
+def drawn_order(group: Group) -> list[Socket]:
+    """Return the sockets of `group` in the order in which their values are drawn, whatever the node shows first.
+
+    Other draws make materials of many layers with glass or scattering, in which a closure of weight 0 changes what random numbers
+    the others take: their pictures differ by noise, which TOLERANCE does not hold.
+    """
+    sockets = {socket.name: socket for socket in group.inputs}
+    subsurface = ("Method", "Model", "Color", "Roughness")
+    first = {PRINCIPLED: ("Distribution", "Subsurface Method"), SUBSURFACE: subsurface}.get(group, ())
+    last = ("IOR", "Normal") if group is SUBSURFACE else ()
+    between = [name for name in sockets if name not in (*first, *last)]
+    if group is PRINCIPLED:
+        between.remove("Quality")
+        between.insert(between.index("Diffuse Roughness") + 1, "Quality")
+    return [sockets[name] for name in (*first, *between, *last)]
+
+
 def recipe(choose: Random, qualities: Sequence[str], is_second: bool = False) -> Recipe:
     """Return a random material in one of the `qualities`."""
     group: Group = choose.choice((ROUGH_DIFFUSE, SUBSURFACE, PRINCIPLED, SPECULAR_GROUP))
     inputs, fed = {}, {}
-    for socket in group.inputs:
+    for socket in drawn_order(group):
         if socket.kind == "NodeSocketMenu":
             own = (BALANCED, CHOSEN_LIGHTS) if group is SPECULAR_GROUP else qualities
             inputs[socket.name] = choose.choice(own if socket.name == QUALITY.name else MENUS[socket.name])
