@@ -6,6 +6,10 @@ import tempfile
 from collections.abc import Iterator
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("patient", deadline=None)  # on a busy machine any example may take long
+settings.load_profile("patient")
 
 # Before bpy is imported: add-ons and settings of whoever runs the tests must not take part.
 profile = tempfile.TemporaryDirectory(prefix="true_diffuse_tests_", ignore_cleanup_errors=True)

@@ -6,7 +6,7 @@ import random
 from collections.abc import Sequence
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from true_diffuse.addon.blender.glsl import source
@@ -87,7 +87,6 @@ def near(value: Sequence[float], reference: Sequence[float], tolerance: float) -
 floats = st.floats(width=32, allow_nan=False, allow_infinity=False)
 
 
-@settings(deadline=None)  # on a busy machine any example may take long
 @given(st.sampled_from(NAMES), st.lists(st.tuples(floats, floats, floats), min_size=3, max_size=3))
 def test_operations_are_finite_for_numbers_of_any_size(name: str, values: list[tuple[float, float, float]]) -> None:
     arguments = [value if kind == "triple" else value[0] for value, kind in zip(values, kinds(name), strict=False)]
@@ -130,7 +129,6 @@ trees = st.recursive(
 )
 
 
-@settings(deadline=None)  # on a busy machine any example may take long
 @given(trees)
 def test_simplified_expression_has_the_same_value_and_kind(pair: Pair) -> None:
     plain, simple = pair
@@ -192,7 +190,6 @@ def test_curve_that_changes_nothing_vanishes() -> None:
     assert curve(((0.0, 0.0), (1.0, 2.0)), Constant(0.25)) == Constant(0.5)
 
 
-@settings(deadline=None)  # on a busy machine any example may take long
 @given(st.lists(st.floats(0.0, 1.0, width=32), min_size=3, max_size=60), st.booleans(), st.booleans())
 def test_table_keeps_all_its_values(values: list[float], is_stepped: bool, is_extended: bool) -> None:
     made = table(values, P, 1.0, 3.0, is_stepped, is_extended)

@@ -472,7 +472,7 @@ def pictures(examples: int) -> Callable[[Callable[..., None]], Callable[..., Non
     """
     seeds = st.lists(st.integers(0, 2**32 - 1), min_size=SIDE**2, max_size=SIDE**2, unique=True)
     ignored = [HealthCheck.function_scoped_fixture]  # that fixture only skips
-    run = settings(max_examples=examples, derandomize=True, deadline=None, phases=(Phase.generate,), suppress_health_check=ignored)
+    run = settings(max_examples=examples, derandomize=True, phases=(Phase.generate,), suppress_health_check=ignored)
     return lambda test: run(given(seeds=seeds)(test))
 
 

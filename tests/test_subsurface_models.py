@@ -198,7 +198,7 @@ def test_fit_and_its_inverse_return_the_reflectance(reflectance: float) -> None:
     assert diffuse_albedo_fit(albedo) == pytest.approx(reflectance, rel=1e-9, abs=1e-15 if reflectance < 0.5 else 3e-8)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(shares)
 def test_single_scattering_albedo_returns_the_reflectance(reflectance: float) -> None:
     # as above; diffuse_albedo itself keeps 1e-16 absolute where it is small
