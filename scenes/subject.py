@@ -10,12 +10,13 @@ import bpy
 import bmesh
 from mathutils import Matrix, Vector
 
+from ..addon.blender.object_types import WITH_FACES
+
 ALBEDO_ATTRIBUTE = "True Diffuse Albedo"  # color attribute of linear colors in [0, 1]
 HEIGHT = 1.8  # meters
 MONKEY_COLOR = (0.55, 0.36, 0.22)
 WHITE = (1.0, 1.0, 1.0)  # of a mesh without paint of ours: it then has the albedo that the scene asks for
 FLAT = 1e-6  # a height below this fraction of the largest extent
-WITH_FACES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}  # types of objects that have faces or become them
 WITHOUT_FACES = {"CURVES": "hair", "POINTCLOUD": "a point cloud", "VOLUME": "a volume", "GREASEPENCIL": "Grease Pencil"}
 
 type Point = Sequence[float] | Vector

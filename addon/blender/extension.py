@@ -4,6 +4,7 @@
 import tomllib
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -19,19 +20,23 @@ def preferences() -> bpy.types.AddonPreferences | None:
 
 
 @cache
+def manifest() -> dict[str, Any]:
+    """Return what the package's manifest states."""
+    return tomllib.loads(MANIFEST.read_text(encoding="utf-8"))
+
+
 def version() -> str:
     """Return the version that the package's manifest states."""
-    return tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"]
+    return manifest()["version"]
 
 
-@cache
 def website() -> str | None:
     """Return the address of the manual's pages that the package's manifest states, None where it states none."""
-    return tomllib.loads(MANIFEST.read_text(encoding="utf-8")).get("website")
+    return manifest().get("website")
 
 
 def user_folder() -> Path:
     """Return the folder for what the extension keeps for this user, which may not exist; of a checkout one beside settings."""
-    if PACKAGE.startswith("bl_ext."):
+    if IS_INSTALLED:
         return Path(bpy.utils.extension_path_user(PACKAGE))
     return Path(bpy.utils.user_resource("CONFIG", path=PACKAGE))

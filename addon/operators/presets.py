@@ -5,14 +5,13 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from ..blender.object_types import WITH_FACES
 from .add import AddNode
 from .base import Operator, counted, listed
 from .context import is_properties_editor, material_of, node_of
 
 if TYPE_CHECKING:
     from ..material.presets import Preset
-
-SHADED = {"MESH", "CURVE", "SURFACE", "META", "FONT"}  # types of objects whose surface is a material's
 
 
 def _presets() -> "dict[str, Preset]":
@@ -83,7 +82,7 @@ def _with_surface(context: bpy.types.Context) -> tuple[list[bpy.types.Object], l
     They are the selected objects, in the Properties editor its active object.
     """
     items = [context.object] if is_properties_editor(context) and context.object else context.selected_objects
-    shaded = [item for item in items if item.type in SHADED]
+    shaded = [item for item in items if item.type in WITH_FACES]
     editable = [item for item in shaded if item.is_editable and item.data.is_editable]
     return editable, [item for item in shaded if item not in editable]
 

@@ -4,6 +4,7 @@
 import bpy
 
 from ..blender import engines
+from ..blender.object_types import WITH_FACES
 from .base import Operator, counted
 
 ALBEDO = 0.8
@@ -23,8 +24,6 @@ class TRUE_DIFFUSE_OT_build_comparison(Operator):
 
     @classmethod
     def obstacle(cls, context: bpy.types.Context) -> str:
-        from ...scenes.subject import WITH_FACES
-
         if context.active_object is None or context.active_object.type not in {*WITH_FACES, "ARMATURE", "EMPTY"}:
             return "Make an object of the character the active one"
         return "Switch to Object Mode" if context.mode != "OBJECT" else ""

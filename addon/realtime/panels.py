@@ -7,6 +7,7 @@ from fnmatch import fnmatchcase
 
 import bpy
 
+from ..blender.object_types import WITH_FACES
 from . import not_drawn
 from .engine import IDENTIFIER
 
@@ -28,7 +29,6 @@ FOLLOWED = {  # panels for EEVEE whose settings the engine follows
     "EEVEE_WORLD_PT_surface",
     "VIEWLAYER_PT_override",
 }
-SHAPES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}  # types of objects that are drawn
 SIMPLIFIED_STROKES = (  # settings of Simplify of Grease Pencil
     "simplify_gpencil_onplay",
     "simplify_gpencil_view_fill",
@@ -169,7 +169,7 @@ class TRUE_DIFFUSE_PT_ray_visibility(EnginePanel, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return super().poll(context) and context.object is not None and context.object.type in SHAPES
+        return super().poll(context) and context.object is not None and context.object.type in WITH_FACES
 
     def draw(self, context: bpy.types.Context) -> None:
         column = split(self.layout).column()

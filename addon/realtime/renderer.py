@@ -100,6 +100,7 @@ class Renderer:
         self._groups: dict[Part, list[int]] = {}
         self._matrices: array[float] | None = None
         self._sampled: list[Light] = []  # as the last sample saw them
+        self._visible: list[Vector] = []  # SceneBounds.visible of the picture
         self._casting: object = None  # what casts shadows, and where
         self._first: list[int] = []  # the index of the first object of each group in the texture of matrices
         self._calls: dict[
@@ -189,14 +190,15 @@ class Renderer:
         with PROGRAM_LOCK:
             if any(reads_table(variant.features) for variant, _, _ in self._draws):
                 specular_table()  # now, as it has a framebuffer of its own
-            self._light(view, 0)
+            self._visible = self._bounds.visible(view) if self._bounds and self.cache.lighting().shadows else []
+            self._light(0)
 
     def add(self, view: View, sample: int, filter_size: float, background: Rgba) -> None:
         """Draw one sample of every pixel over `background` and add it to the picture; `filter_size` is in pixels."""
         shifted = view.shifted(*sample_offset(sample, filter_size))
         with PROGRAM_LOCK:
             if sample and (self._has_transparent_shadows or any(light.is_soft for light in self.cache.lights)):
-                self._light(view, sample)
+                self._light(sample)
             self._draw_surfaces(self._targets, shifted, sample)
             if self._targets.subsurface:
                 self._gather_subsurface(self._targets, shifted, sample)
@@ -246,11 +248,11 @@ class Renderer:
         distances.dimensions = targets.width * targets.height
         return distances
 
-    def _light(self, view: View, sample: int) -> None:
-        """Send the lights as a sample of `view` sees them and draw their shadow maps, unless they are up to date."""
+    def _light(self, sample: int) -> None:
+        """Send the lights as a sample sees them and draw their shadow maps, unless they are up to date."""
         lights = [light.at_sample(sample, index) for index, light in enumerate(self.cache.lights)]
         has_shadows = self.cache.lighting().shadows and self._bounds is not None
-        tiles = shadows.shadow_tiles(lights, self._bounds, view) if has_shadows else []
+        tiles = shadows.shadow_tiles(lights, self._bounds.casters, self._visible) if has_shadows else []
         is_moved = tiles != self._tiles
         if lights != self._sampled or is_moved:
             self._sampled, self._tiles = lights, tiles

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from mathutils import Matrix, Vector
 
 from .lights import Light
-from .scene_bounds import SceneBounds
-from .view import View, matrix_to_bytes
+from .view import matrix_to_bytes
 
 MAP_SIZE = 4096  # texels
 WIDEST = math.radians(60.0)  # half the angle of the widest cone that has one projection; wider, a cube has finer texels
@@ -55,12 +54,14 @@ class Frustum:
     center: tuple[float, float] = (0.0, 0.0)
 
 
-def shadow_tiles(lights: Sequence[Light], bounds: SceneBounds, view: View) -> list[Tile]:
-    """Return the tiles of the lights that cast shadows, in their order, of one size, the largest at which all fit into MAP_SIZE."""
-    casters = bounds.casters
+def shadow_tiles(lights: Sequence[Light], casters: Sequence[Vector], visible: Sequence[Vector]) -> list[Tile]:
+    """Return the tiles of the lights that cast shadows, in their order, of one size, the largest at which all fit into MAP_SIZE.
+
+    `casters` and `visible` are those of SceneBounds.
+    """
     if not casters or not any(light.casts_shadow for light in lights):
         return []
-    visible = bounds.visible(view) or casters
+    visible = visible or casters
     frusta = [(i, frustum) for i, light in enumerate(lights) if light.casts_shadow for frustum in _frusta(light, visible)]
     columns = max(1, math.ceil(math.sqrt(len(frusta))))
     size = MAP_SIZE // columns

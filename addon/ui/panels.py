@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from ..blender.object_types import WITH_FACES
 from ..operators.context import is_node_editor, material_of, node_of
 from ..operators.convert import TRUE_DIFFUSE_OT_convert, TRUE_DIFFUSE_OT_convert_nodes
 from ..operators.exports import TRUE_DIFFUSE_OT_check_exports, answers
 from ..operators.lights import TRUE_DIFFUSE_OT_toggle_light, TRUE_DIFFUSE_OT_use_selected_lights
 from ..operators.measure import TRUE_DIFFUSE_OT_measure, measurements
-from ..operators.presets import SHADED
 from ..operators.steps import running
 from ..operators.tolerance import TRUE_DIFFUSE_OT_pick_settings, picked, report_path
 from ..operators.upgrade import TRUE_DIFFUSE_OT_upgrade
@@ -40,7 +40,7 @@ class TRUE_DIFFUSE_PT_material(bpy.types.Panel):
         material = material_of(context)
         if material is not None:
             return not material.is_grease_pencil
-        return context.object is not None and context.object.type in SHADED
+        return context.object is not None and context.object.type in WITH_FACES
 
     def draw(self, context: bpy.types.Context) -> None:
         header, body = self.layout.panel("true_diffuse")
@@ -88,8 +88,8 @@ def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, defaul
         layout.label(text="Library override: its nodes cannot be changed", icon="LIBRARY_DATA_OVERRIDE")
     elif material is not None and not material.is_editable:
         layout.label(text="Linked from another file", icon="LINKED")
-    draw_presets(layout, context, node)
     summary = node_summary(node) if node else None
+    draw_presets(layout, context, node, is_current=summary is not None)
     if material is None or summary is None:
         return
 
@@ -107,13 +107,14 @@ def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, defaul
     section("error", "Error", lambda body: draw_error(body, context.scene))
 
 
-def draw_presets(layout: bpy.types.UILayout, context: bpy.types.Context, node: bpy.types.Node | None) -> None:
-    """Draw what opens the gallery of presets: the picture of the one that `node` has; and what else can be done with the node."""
-    from ..material.apply_preset import preset_of
-    from ..material.summary import node_summary
+def draw_presets(layout: bpy.types.UILayout, context: bpy.types.Context, node: bpy.types.Node | None, is_current: bool) -> None:
+    """Draw what opens the gallery of presets: the picture of the one that `node` has; and what else can be done with the node.
 
-    is_current = node is not None and node_summary(node) is not None
-    preset = preset_of(node) if is_current else None
+    `is_current`: whether there is a node, which holds a group of this version.
+    """
+    from ..material.apply_preset import preset_of
+
+    preset = preset_of(node) if node and is_current else None
     split = layout.split(factor=min(0.5, (menus.PICTURE_SIZE + 0.2) / (_width(context) - 2.0)))
     card = split.column(align=True)
     menus.behind_picture(card).popover(menus.TRUE_DIFFUSE_PT_gallery.__name__, text="")

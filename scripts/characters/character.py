@@ -17,7 +17,8 @@ import bpy
 import bmesh
 from mathutils import Vector
 
-from true_diffuse.scenes.subject import WHITE, WITH_FACES, Figure, check, figure, monkey, points_of, stand, standing
+from true_diffuse.addon.blender.object_types import WITH_FACES
+from true_diffuse.scenes.subject import WHITE, Figure, check, figure, monkey, points_of, stand, standing
 from true_diffuse.scripts.characters import dependencies, reading
 from true_diffuse.scripts.characters.dependencies import Dependencies
 from true_diffuse.scripts.characters.human import human_mesh
