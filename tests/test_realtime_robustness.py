@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -24,7 +25,19 @@ from true_diffuse.addon.blender import engines, properties
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure.render import passes as render_passes
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.addon.realtime import engine, meshes, not_drawn, renderer, scene_cache, shadows, view, viewport
+from true_diffuse.addon.realtime import (
+    driver,
+    driver_scene,
+    engine,
+    meshes,
+    not_drawn,
+    renderer,
+    scene_cache,
+    shadow_maps,
+    shadows,
+    view,
+    viewport,
+)
 from true_diffuse.addon.realtime import register as register_engine
 from true_diffuse.addon.realtime import unregister as unregister_engine
 
@@ -278,7 +291,7 @@ def test_lost_context_is_a_message_and_the_next_render_works(stage: Stage, monke
     """The gpu module then raises an error wherever it is called."""
     stage.square()
     stage.render()
-    renderer.forget_shaders()
+    driver.forget_shaders()
 
     def lose(*_: object, **__: object) -> None:
         raise error("no context")
@@ -326,9 +339,9 @@ def test_programs_are_used_by_one_thread_at_a_time(stage: Stage, monkeypatch) ->
     free: list[bool] = []
 
     def ask() -> None:
-        free.append(renderer.PROGRAM_LOCK.acquire(blocking=False))
+        free.append(driver.PROGRAM_LOCK.acquire(blocking=False))
         if free[-1]:
-            renderer.PROGRAM_LOCK.release()
+            driver.PROGRAM_LOCK.release()
 
     def asking(real: Callable) -> Callable:
         def called(*arguments: object) -> object:
@@ -340,12 +353,12 @@ def test_programs_are_used_by_one_thread_at_a_time(stage: Stage, monkeypatch) ->
         return called
 
     # what begins each use of a program: for surfaces and shadows the depth test, then the program itself
-    for name in ("_use_depth_test", "_bound"):
-        monkeypatch.setattr(renderer, name, asking(getattr(renderer, name)))
+    for user, name in product((renderer, shadow_maps), ("use_depth_test", "bound")):
+        monkeypatch.setattr(user, name, asking(getattr(driver, name)))
     stage.render()
     assert free == [False] * (2 + 5)  # shadows, surfaces, scattering, the sum, the picture
-    assert renderer.PROGRAM_LOCK.acquire(blocking=False)
-    renderer.PROGRAM_LOCK.release()
+    assert driver.PROGRAM_LOCK.acquire(blocking=False)
+    driver.PROGRAM_LOCK.release()
 
 
 class Window:
@@ -405,9 +418,9 @@ def work(monkeypatch) -> dict[str, int]:
         ("meshes", scene_cache, "Mesh"),
         ("materials", scene_cache, "render_material"),
         ("lights", scene_cache, "read_light"),
-        ("shadows", renderer.Renderer, "_draw_shadows"),
+        ("shadows", shadow_maps.ShadowMaps, "_draw"),
         ("samples", renderer.Renderer, "add"),
-        ("parts", renderer.Renderer, "_draw_part"),
+        ("parts", driver_scene.DriverScene, "draw_part"),
     ):
         monkeypatch.setattr(owner, function, counted(name, getattr(owner, function)))
     return counts

@@ -20,7 +20,18 @@ from true_diffuse.addon.material.expression import Attribute, Constant, Expressi
 from true_diffuse.addon.material.surface import Surface
 from true_diffuse.addon.models import MODELS
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
-from true_diffuse.addon.realtime import meshes, objects, program, renderer, scene_bounds, scene_cache, shadows
+from true_diffuse.addon.realtime import (
+    driver,
+    driver_scene,
+    meshes,
+    objects,
+    program,
+    renderer,
+    scene_bounds,
+    scene_cache,
+    shadow_maps,
+    shadows,
+)
 from true_diffuse.addon.realtime.lights import Light, lights_to_bytes
 from true_diffuse.addon.realtime.materials import RenderMaterial, surface_material, values_to_bytes
 from true_diffuse.addon.realtime.view import View
@@ -142,8 +153,9 @@ def sent(monkeypatch) -> dict[str, int]:
         return counting
 
     monkeypatch.setattr(scene_cache, "Mesh", counted("meshes", scene_cache.Mesh))
-    monkeypatch.setattr(renderer, "_uniform_buffer", counted("blocks", renderer._uniform_buffer))
-    monkeypatch.setattr(renderer, "compile_program", counted("programs", renderer.compile_program))
+    for user in (driver_scene, shadow_maps, renderer):
+        monkeypatch.setattr(user, "uniform_buffer", counted("blocks", driver.uniform_buffer))
+    monkeypatch.setattr(driver, "compile_program", counted("programs", driver.compile_program))
     return counts
 
 
@@ -577,13 +589,13 @@ def test_undone_edits_show_no_more(stage: Stage) -> None:
 @pytest.mark.render
 def test_sigma_is_edited_without_reading_objects_or_compiling(stage: Stage, sent: dict[str, int]) -> None:
     stage.assert_as_new()
-    groups, tiles = stage.kept.groups, stage.renderer._tiles
+    groups, tiles = stage.kept.groups, stage.renderer._shadow_maps._tiles
     sent.update(dict.fromkeys(sent, 0))
     for k in range(1, 6):
         stage.edit(lambda k=k: setattr(stage.group(1).inputs["Roughness"], "default_value", 0.1 + 0.13 * k))
     # One block of numbers for each value; objects, lamps and shadow maps stay as they are.
     assert sent == {"meshes": 0, "blocks": 5, "programs": 0}
-    assert stage.kept.groups is groups and stage.renderer._tiles is tiles
+    assert stage.kept.groups is groups and stage.renderer._shadow_maps._tiles is tiles
     stage.assert_as_new()
 
 
@@ -651,11 +663,11 @@ def test_extent_holds_all_and_is_small(count: int) -> None:
 @pytest.mark.render
 def test_view_that_turns_asks_no_part_where_it_is(stage: Stage, monkeypatch) -> None:
     stage.assert_as_new()
-    monkeypatch.setattr(renderer, "SceneBounds", None)
+    monkeypatch.setattr(driver_scene, "SceneBounds", None)
     turned = View(Matrix.Diagonal((3.0, 3.0, 1.0, 1.0)) @ ABOVE.projection, ABOVE.eye, False, WIDTH, HEIGHT)
-    tiles = stage.renderer._tiles
+    tiles = stage.renderer._shadow_maps._tiles
     stage.renderer.begin(turned)
-    assert stage.renderer._tiles != tiles
+    assert stage.renderer._shadow_maps._tiles != tiles
     monkeypatch.undo()
 
 
@@ -758,12 +770,12 @@ def test_every_variant_compiles() -> None:
     """A driver refuses names that are not declared: so what is left out of a variant is nowhere asked for."""
     for features in SHADED:
         for light in (LIGHTINGS[0], LIGHTINGS[-1]):
-            renderer.compile_program(program.surface_program(variant(shaded(*features.values()), light)))
+            driver.compile_program(program.surface_program(variant(shaded(*features.values()), light)))
     kinds = frozenset(program.LIGHT_TYPES)
     for name in MODELS:
         for highlight in ({}, FEATURES["HIGHLIGHT"]):
             light = program.Lighting(kinds, True, True)
-            renderer.compile_program(program.surface_program(variant(shaded(highlight, model=name), light, True)))
+            driver.compile_program(program.surface_program(variant(shaded(highlight, model=name), light, True)))
 
 
 @pytest.mark.render
@@ -773,12 +785,12 @@ def test_model_whose_parameter_varies_computes_its_numbers_in_the_shader(name: s
     material = shaded({parameter: Attribute("Wear", "factor")}, model=name)
     made = program.surface_program(variant(material, LIGHTINGS[-1]))
     assert f"{name}_coefficients(" in material.code.text
-    renderer.compile_program(made)
+    driver.compile_program(made)
 
 
 @pytest.mark.render
 def test_each_combination_in_use_is_compiled_once(stage: Stage, sent: dict[str, int]) -> None:
-    renderer.forget_shaders()
+    driver.forget_shaders()
     picture(stage.renderer)
     # One for all three materials, though their numbers differ; the shadow maps', the sum's and the picture's.
     assert sent["programs"] == 1 + 3

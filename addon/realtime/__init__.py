@@ -16,8 +16,8 @@ def unregister() -> None:
     """Unregister them and free the shaders on the driver."""
     import bpy
 
-    from . import engine, panels, renderer
+    from . import driver, engine, panels
 
     panels.unregister()
     bpy.utils.unregister_class(engine.TrueDiffuseRealtime)
-    renderer.forget_shaders()
+    driver.forget_shaders()

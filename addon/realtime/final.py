@@ -12,7 +12,8 @@ from mathutils import Matrix
 
 from ..blender import engines
 from . import not_drawn
-from .renderer import DriverError, Renderer, Rgba, forget_shaders
+from .driver import DriverError, Rgba, forget_shaders
+from .renderer import Renderer
 from .scene_cache import SceneCache
 from .view import View, distances_of, eye_of
 

@@ -9,10 +9,11 @@ import bpy
 from mathutils import Vector
 
 from . import not_drawn
+from .driver import DriverError, Rgba
 from .final import background, failure_message
 from .not_drawn import Omission
 from .objects import IsShown, has_hidden_collection
-from .renderer import DriverError, Renderer, Rgba
+from .renderer import Renderer
 from .scene_cache import SceneCache
 from .view import View, eye_of
 

@@ -20,8 +20,9 @@ from true_diffuse.addon.material.expression import Constant
 from true_diffuse.addon.material.surface import Surface
 from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.models import MODELS, Specular
+from true_diffuse.addon.realtime.driver import TRANSPARENT
 from true_diffuse.addon.realtime.materials import RenderMaterial, plain_material, surface_material
-from true_diffuse.addon.realtime.renderer import TRANSPARENT, Renderer
+from true_diffuse.addon.realtime.renderer import Renderer
 from true_diffuse.addon.realtime.scene_cache import BLACK, SceneCache
 from true_diffuse.addon.realtime.view import View
 from true_diffuse.scenes import five_characters

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The lights as one sample of a picture sees them, and their shadow maps on the graphics driver."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+import gpu
+from mathutils import Vector
+
+from . import shadows
+from .driver import bound, uniform_buffer, use_depth_test
+from .driver_scene import DriverScene
+from .expressions import Code
+from .lights import Light, lights_to_bytes
+from .objects import Part
+from .program import Inputs, Lighting, shadow_program, transparent_shadow_program
+from .view import View
+
+FAR = (1e30, 1e30, 1e30, 1e30)
+
+
+class ShadowMaps:
+    """The lights of `scene` and their shadow maps, which are drawn anew where something in them has changed."""
+
+    def __init__(self, scene: DriverScene) -> None:
+        self._scene = scene
+        self._visible: list[Vector] = []  # SceneBounds.visible of the picture
+        self._sampled: list[Light] = []  # as the last sample saw them
+        self._tiles: list[shadows.Tile] | None = None
+        self._caster_version = -1  # of the scene that has been drawn
+        self._map: gpu.types.GPUTexture | None = None
+
+    def begin(self, view: View) -> None:
+        """Prepare for a picture of `view`."""
+        bounds = self._scene.bounds
+        self._visible = bounds.visible(view) if bounds and self._scene.cache.lighting().shadows else []
+        self.light(0)
+
+    def light(self, sample: int) -> None:
+        """Send the lights as a sample sees them and draw their shadow maps, unless they are up to date."""
+        scene = self._scene
+        changes = scene.has_transparent_casters or any(light.is_soft for light in scene.cache.lights)
+        if sample and not changes:
+            return
+        lights = [light.at_sample(sample, index) for index, light in enumerate(scene.cache.lights)]
+        has_shadows = scene.cache.lighting().shadows and scene.bounds is not None
+        tiles = shadows.shadow_tiles(lights, scene.bounds.casters, self._visible) if has_shadows else []
+        is_moved = tiles != self._tiles or scene.caster_version != self._caster_version
+        if lights != self._sampled or is_moved:
+            self._sampled, self._tiles, self._caster_version = lights, tiles, scene.caster_version
+            counts = Counter(tile.light for tile in tiles)
+            self._lights = uniform_buffer(lights_to_bytes(lights, [counts[index] for index in range(len(lights))]))
+        if has_shadows and (is_moved or scene.has_transparent_casters):
+            self._draw(tiles, sample)
+
+    def give(self, shader: gpu.types.GPUShader, lighting: Lighting) -> None:
+        """Have `shader` read the lights and, where `lighting` has them, their shadow maps."""
+        shader.uniform_block("lights", self._lights)
+        if lighting.shadows:
+            shader.uniform_sampler("shadow_map", self._map)
+            shader.uniform_sampler("shadow_tiles", self._places)
+
+    def _allocate(self, tiles: Sequence[shadows.Tile]) -> None:
+        """Make the shadow map large enough for `tiles`, and the texture that says where they are."""
+        width = max((tile.x + tile.size for tile in tiles), default=1)
+        if self._map is None or self._map.width != width:
+            self._map = gpu.types.GPUTexture((width, width), format="R32F")
+            # kept, as a framebuffer does not keep its textures
+            self._depth = gpu.types.GPUTexture((width, width), format="DEPTH_COMPONENT32F")
+            self._buffer = gpu.types.GPUFrameBuffer(depth_slot=self._depth, color_slots=self._map)
+        rows = b"".join(tile.to_bytes() for tile in tiles) or bytes(shadows.Tile.BYTES)
+        data = gpu.types.Buffer("FLOAT", len(rows) // 4, memoryview(rows).cast("f"))
+        self._places = gpu.types.GPUTexture((5, len(tiles) or 1), format="RGBA32F", data=data)
+
+    def _draw(self, tiles: Sequence[shadows.Tile], sample: int) -> None:
+        """Draw the shadow maps, transparent casters as this sample sees them."""
+        scene = self._scene
+        opaque = [part for part, code in scene.casters if code is None]
+        transparent = [(part, code) for part, code in scene.casters if code is not None]
+        self._allocate(tiles)
+        with self._buffer.bind():
+            use_depth_test()
+            self._buffer.clear(color=FAR, depth=1.0)
+            for tile in tiles:
+                self._buffer.viewport_set(tile.x, tile.y, tile.size, tile.size)
+                shader = bound(shadow_program)
+                scene.give_objects(shader)
+                shader.uniform_float("matrix", tile.matrix)
+                for part in opaque:
+                    scene.draw_part(shader, part)
+                if transparent:
+                    self._draw_transparent(tile, transparent, sample)
+            self._buffer.viewport_set(0, 0, self._depth.width, self._depth.width)
+
+    def _draw_transparent(self, tile: shadows.Tile, casting: Sequence[tuple[Part, Code]], sample: int) -> None:
+        """Draw into a light's part of the shadow map where this sample does not see through."""
+        light = self._sampled[tile.light]
+        is_sun = light.kind == "SUN"
+        view = View(tile.matrix, Vector(light.axis if is_sun else light.position), not is_sun, tile.size, tile.size)
+        view_block = uniform_buffer(view.to_bytes(self._scene.cache.world, sample))
+        for part, code in casting:
+            shader = bound(transparent_shadow_program, Inputs.of(code))
+            self._scene.give_inputs(shader, view_block, code)
+            self._scene.draw_part(shader, part)
