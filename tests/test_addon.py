@@ -18,11 +18,11 @@ from mathutils import Vector
 import true_diffuse
 from support import Layout
 from true_diffuse.addon.blender import engines
+from true_diffuse.addon.blender.wording import counted, counted_names
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.presets import PRESETS
 from true_diffuse.addon.nodes import PRINCIPLED, ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, chosen_lights
 from true_diffuse.addon.nodes.chosen_lights import LIGHTS
-from true_diffuse.addon.operators.base import counted, counted_names
 from true_diffuse.addon.operators.context import editor_obstacle
 from true_diffuse.addon.ui import menus
 from true_diffuse.scenes import subject

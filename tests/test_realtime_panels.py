@@ -299,4 +299,4 @@ def test_panel_lists_what_the_last_picture_lacks_with_names_and_counts() -> None
     names = [f"Skin {index}" for index in range(not_drawn.NAMES + 3)]
     not_drawn.keep(scene, [not_drawn.Omission("MATERIAL", "refraction is not drawn", name) for name in names])
     text = " ".join(drawn(panels.TRUE_DIFFUSE_PT_not_drawn).texts)
-    assert f"Refraction is not drawn ({len(names)})" in text and "Skin 0, Skin 1," in text and "and 3 more" in text
+    assert f"Refraction is not drawn ({len(names)})" in text and "Skin 0, Skin 1," in text and "and 4 more" in text

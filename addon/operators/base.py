@@ -5,24 +5,7 @@ from collections.abc import Sequence
 
 import bpy
 
-MOST_NAMES = 4  # of a list in the status bar
-
-
-def counted(number: int, noun: str) -> str:
-    """Return `number` and its `noun`, which gets an s unless there is one of it: "1 material", "2 materials"."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"
-
-
-def listed(names: Sequence[str]) -> str:
-    """Return `names` in one line; of more than MOST_NAMES the first, and how many more there are."""
-    if len(names) <= MOST_NAMES:
-        return ", ".join(names)
-    return f"{', '.join(names[: MOST_NAMES - 1])} and {len(names) - MOST_NAMES + 1} more"
-
-
-def counted_names(names: Sequence[str], noun: str) -> str:
-    """Return how many of `noun` there are, and their `names`: "3 materials: Skin, Shirt, Boots"; "no material" of none."""
-    return f"{counted(len(names), noun)}: {listed(names)}" if names else f"no {noun}"
+from ..blender.wording import listed
 
 
 class Operator(bpy.types.Operator):

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from .base import Operator, counted_names
+from ..blender.wording import counted_names
+from .base import Operator
 from .context import editor_obstacle, is_node_editor, is_properties_editor, scene_obstacle
 
 if TYPE_CHECKING:

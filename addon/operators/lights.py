@@ -3,7 +3,8 @@
 
 import bpy
 
-from .base import Operator, counted_names
+from ..blender.wording import counted_names
+from .base import Operator
 
 
 class TRUE_DIFFUSE_OT_use_selected_lights(Operator):

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..blender.object_types import WITH_FACES
+from ..blender.wording import counted, listed
 from .add import AddNode
-from .base import Operator, counted, listed
+from .base import Operator
 from .context import is_properties_editor, material_of, node_of
 
 if TYPE_CHECKING:

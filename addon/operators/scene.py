@@ -5,7 +5,8 @@ import bpy
 
 from ..blender import engines
 from ..blender.object_types import WITH_FACES
-from .base import Operator, counted
+from ..blender.wording import counted
+from .base import Operator
 
 ALBEDO = 0.8
 SIZE = (1280, 480)  # pixels

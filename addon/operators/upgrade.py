@@ -3,7 +3,8 @@
 
 import bpy
 
-from .base import Operator, listed
+from ..blender.wording import listed
+from .base import Operator
 
 
 class TRUE_DIFFUSE_OT_upgrade(Operator):

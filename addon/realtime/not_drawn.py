@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import bpy
 
+from ..blender.wording import listed
+
 FILTERS = {"use_sky": "Environment", "use_solid": "Surfaces"}  # of view layers: what a layer may leave out
 PASSES = {"use_pass_combined", "use_pass_z", "use_pass_grease_pencil", "use_pass_cryptomatte_accurate"}  # rendered, or no pass
 NAMES = 20  # of one group that the panel and reports list
@@ -43,8 +45,7 @@ class Group(NamedTuple):
     @property
     def listed(self) -> str:
         """The names, the last of many counted."""
-        more = len(self.names) - NAMES
-        return ", ".join(self.names[:NAMES]) + (f" and {more} more" if more > 0 else "")
+        return listed(self.names, NAMES)
 
     def __str__(self) -> str:
         return f"{self.heading}: {self.listed}" if self.names else self.heading

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 
 from pxr import Sdf, Usd
 
+from ..blender.wording import listed
 from ..material.surface import Loss
 from .network import Primvar
 from .shapes import RENDERED, Shape, Spelling, spelled, spelling
@@ -101,5 +102,4 @@ def _words(primvar: Primvar) -> str:
 
 
 def _list(shapes: Sequence[Shape]) -> str:
-    names = sorted(shape.prim.GetName() for shape in shapes)
-    return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+    return listed(sorted(shape.prim.GetName() for shape in shapes))
