@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import Literal, Protocol
 
 from .operations import OPERATIONS, Kind, Triple, Value, broadcast
+from .sky import Sky
 
 
 @dataclass(frozen=True)
@@ -190,7 +191,17 @@ class Bump:
     kind: Kind = "triple"
 
 
-type Expression = Constant | ImageTexture | Attribute | UvMap | Coordinate | Apply | Curve | NormalMap | Bump
+@dataclass(frozen=True)
+class SkyTexture:
+    """The color of a sky towards `direction`, which Blender takes at any length. `evaluate` has no value for it."""
+
+    sky: Sky
+    direction: "Expression"
+    label: str = field(default="", compare=False)
+    kind: Kind = "triple"
+
+
+type Expression = Constant | ImageTexture | Attribute | UvMap | Coordinate | Apply | Curve | NormalMap | Bump | SkyTexture
 
 
 class Point(Protocol):
@@ -304,7 +315,7 @@ def children(expression: Expression) -> tuple[Expression, ...]:
     return tuple(value for value in values if isinstance(value, EXPRESSIONS))
 
 
-EXPRESSIONS = (Constant, ImageTexture, Attribute, UvMap, Coordinate, Apply, Curve, NormalMap, Bump)
+EXPRESSIONS = (Constant, ImageTexture, Attribute, UvMap, Coordinate, Apply, Curve, NormalMap, Bump, SkyTexture)
 
 
 def walk(expression: Expression) -> Iterator[Expression]:
@@ -332,7 +343,7 @@ def as_kind(expression: Expression, kind: Kind, is_color: bool = True) -> Expres
 
 
 def evaluate(expression: Expression, point: Point) -> Value:
-    """Return the value at `point`; raises LookupError where the point lacks what it needs."""
+    """Return the value at `point`; raises LookupError where the point lacks what it needs, and for skies."""
     values: dict[int, Value] = {}  # by identity, so that what several operations share is computed once
 
     def value(one: Expression) -> Value:
@@ -366,6 +377,8 @@ def evaluate(expression: Expression, point: Point) -> Value:
                     number(value(distance)),
                     triple(value(normal)) if normal else None,
                 )
+            case SkyTexture():
+                raise LookupError("the graphics driver alone computes skies")
 
     return value(expression)
 

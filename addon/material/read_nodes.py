@@ -22,13 +22,17 @@ from .expression import (
     Image,
     ImageTexture,
     NormalMap,
+    SkyTexture,
     UvMap,
     apply,
     as_kind,
     number,
+    triple,
 )
 from .links import Place, is_nothing, is_used, source, trail
 from .operations import Value
+from .preetham import preetham
+from .sky import SMALLEST_SUN, Atmosphere, Sky, SunDisc, placed_sun
 from .textures import TEXTURES, operation_name
 
 NUMBERS, TRIPLES = {"VALUE", "INT", "BOOLEAN"}, {"RGBA", "VECTOR"}
@@ -305,6 +309,22 @@ def _texture(reader: NodeReader, output: Place) -> Expression:
     return apply(operation_name(texture, choices, output.socket.identifier), *arguments, label=output.label)
 
 
+def _sky_texture(reader: NodeReader, output: Place) -> Expression:
+    node, vector = output.node, output.input(0)  # which a sky with a sun takes from nobody
+    _assert_unmapped(output)
+    if node.sky_type == "HOSEK_WILKIE":
+        raise UnsupportedInput(output.label, "the sky type Hosek/Wilkie")
+    is_linked = vector.socket.enabled and not reader.is_implicit(vector)
+    direction = reader.expression(vector) if is_linked else Coordinate("generated")
+    if node.sky_type == "PREETHAM":
+        return preetham(direction, triple(plain(node.sun_direction)), shortest(node.turbidity), output.label)
+    elevation, rotation = placed_sun(node.sun_elevation, node.sun_rotation)
+    densities = (shortest(value) for value in (node.air_density, node.aerosol_density, node.ozone_density))
+    air = Atmosphere(node.sky_type == "MULTIPLE_SCATTERING", elevation, shortest(node.altitude), *densities)
+    disc = SunDisc(max(node.sun_size, SMALLEST_SUN), shortest(node.sun_intensity)) if node.sun_disc else None
+    return SkyTexture(Sky(air, rotation, disc), direction, output.label)
+
+
 # --- arithmetic
 
 
@@ -516,6 +536,7 @@ OTHERS: Mapping[str, Reader] = {
     "ShaderNodeValue": _value,
     "ShaderNodeRGB": _value,
     "ShaderNodeTexImage": _image_texture,
+    "ShaderNodeTexSky": _sky_texture,
     "ShaderNodeUVMap": _uv_map,
     "ShaderNodeTexCoord": _texture_coordinate,
     "ShaderNodeNewGeometry": _geometry,

@@ -57,12 +57,12 @@ def compile_program(program: Program) -> gpu.types.GPUShader:
 
 
 @cache
-def compiled(make: Callable[..., Program], *arguments: Variant | Inputs) -> gpu.types.GPUShader:
+def compiled(make: Callable[..., Program], *arguments: Variant | Inputs | str) -> gpu.types.GPUShader:
     """Return the shader of the program that `make` returns, compiled once. Raises DriverError."""
     return compile_program(make(*arguments))
 
 
-def bound(make: Callable[..., Program], *arguments: Variant | Inputs) -> gpu.types.GPUShader:
+def bound(make: Callable[..., Program], *arguments: Variant | Inputs | str) -> gpu.types.GPUShader:
     """Return the shader `compiled` from what `make` returns, as the one that draws from here on."""
     shader = compiled(make, *arguments)
     shader.bind()
@@ -88,11 +88,14 @@ def missing_image() -> gpu.types.GPUTexture:
     return texture
 
 
+CACHES = [compiled, specular_table, missing_image]
+"""Of shaders on the driver, and of textures that no scene owns."""
+
+
 def forget_shaders() -> None:
     """Free all shaders on the driver, and the textures that no scene owns."""
-    compiled.cache_clear()
-    specular_table.cache_clear()
-    missing_image.cache_clear()
+    for one in CACHES:
+        one.cache_clear()
 
 
 atexit.register(forget_shaders)  # or Blender reports them as leaked memory

@@ -7,6 +7,7 @@ from itertools import accumulate
 
 import gpu
 
+from ..material.sky import Atmosphere
 from .driver import missing_image, uniform_buffer
 from .expressions import Code, Image
 from .materials import RenderMaterial, values_to_bytes
@@ -15,6 +16,7 @@ from .objects import MATRIX_BYTES, MATRIX_SIZE, Part
 from .program import Variant
 from .scene_bounds import SceneBounds
 from .scene_cache import SceneCache
+from .sky import sky_map
 
 OBJECTS_ACROSS = 256  # in a row of the texture of matrices, as in shaders/realtime/objects.glsl
 
@@ -36,7 +38,7 @@ class DriverScene:
         self.bounds: SceneBounds | None = None
         self._version = -1  # of `cache` that has been sent
         self._values: dict[Code, gpu.types.GPUUniformBuf] = {}
-        self._images: dict[Image, gpu.types.GPUTexture] = {}
+        self._images: dict[Image | Atmosphere, gpu.types.GPUTexture] = {}
         self._groups: dict[Part, list[int]] = {}
         self._matrices: array[float] | None = None
         self._casting: object = None  # what casts shadows, and where
@@ -124,8 +126,10 @@ class DriverScene:
         self.caster_version += is_changed and self.has_transparent_casters
         return is_changed
 
-    def _image(self, material: RenderMaterial, image: Image) -> gpu.types.GPUTexture:
-        """Return an image on the driver, or one pixel where it is missing, as in Blender, or too large."""
+    def _image(self, material: RenderMaterial, image: Image | Atmosphere) -> gpu.types.GPUTexture:
+        """Return a sky's map or an image on the driver, or one pixel where it is missing, as in Blender, or too large."""
+        if isinstance(image, Atmosphere):
+            return sky_map(image)
         if not material.is_missing(image):
             try:
                 return gpu.texture.from_image(material.images[image.name])

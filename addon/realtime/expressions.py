@@ -20,10 +20,12 @@ from ..material.expression import (
     Image,
     ImageTexture,
     NormalMap,
+    SkyTexture,
     UvMap,
     children,
 )
 from ..material.operations import OPERATIONS, Kind
+from ..material.sky import Atmosphere
 
 TYPES: Mapping[Kind, str] = {"number": "float", "triple": "vec3"}
 WIDTHS = {"uv": 2, "attribute": 4, "generated": 3, "tangent": 4}
@@ -71,12 +73,13 @@ class Code:
 
     `text` declares the struct Point, the struct MaterialInputs with a member for each parameter, and `material_inputs`, which
     returns it for a Point. `values` fill the vec4 array `material.values`. `images` are those of the samplers image_0, image_1,
-    and so on. `attributes` are the members of Point besides position and object. `stems` name files of functions.
+    and so on, an Atmosphere standing for the map of its sky. `attributes` are the members of Point besides position and object.
+    `stems` name files of functions.
     """
 
     text: str
     values: tuple[float, ...]
-    images: tuple[Image, ...]
+    images: tuple[Image | Atmosphere, ...]
     attributes: tuple[MeshAttribute, ...]
     stems: tuple[str, ...]
 
@@ -95,7 +98,7 @@ class Writer:
 
     max_images: int
     _values: list[float] = field(default_factory=list)
-    _images: dict[str, Image] = field(default_factory=dict)
+    _images: dict[str | Atmosphere, Image | Atmosphere] = field(default_factory=dict)
     _attributes: dict[MeshAttribute, None] = field(default_factory=dict)
     _stems: dict[str, None] = field(default_factory=dict)
     _functions: list[str] = field(default_factory=list)
@@ -214,6 +217,8 @@ class Writer:
                 return self._normal_map(one)
             case Bump():
                 return self._bump(one)
+            case SkyTexture():
+                return self._sky(one)
         raise TypeError(f"{one!r} is no expression that varies")
 
     def _apply(self, one: Apply) -> str:
@@ -257,11 +262,8 @@ class Writer:
         if image.source not in ("FILE", "GENERATED"):
             raise NotDrawn(f"the image {image.name} ({image.source.lower()})")
         coordinates = self._variable(one.coordinates)
-        if image.name not in self._images and len(self._images) == self.max_images:
-            raise NotDrawn(f"the image {image.name} beyond the {self.max_images} that the driver holds")
-        self._images[image.name] = image
+        sampler = self._sampler(image.name, image, f"the image {image.name}")
         self._use("realtime/image")
-        sampler = f"image_{list(self._images).index(image.name)}"
         function = f"image_{INTERPOLATIONS[one.interpolation]}"
         lookup = f"{function}({sampler}, {coordinates}.xy, {EXTENSIONS[one.extension]}, {storage(image)})"
         if lookup not in self._scope.variables:  # color and alpha share it
@@ -270,6 +272,24 @@ class Writer:
         if one.output == "alpha":
             return "1.0" if image.alpha_mode == "NONE" else f"{texel}.a"
         return f"image_color({texel}, {_boolean(one.is_unassociated and not is_raw(image))}, {_boolean(is_encoded(image))})"
+
+    def _sampler(self, key: str | Atmosphere, image: Image | Atmosphere, what: str) -> str:
+        """Return the name of the sampler of an image or of a sky's map."""
+        if key not in self._images and len(self._images) == self.max_images:
+            raise NotDrawn(f"{what} beyond the {self.max_images} images that the driver holds")
+        self._images[key] = image
+        return f"image_{list(self._images).index(key)}"
+
+    def _sky(self, one: SkyTexture) -> str:
+        sky, direction = one.sky, self._variable(one.direction)
+        sampler, rotation = self._sampler(sky.atmosphere, sky.atmosphere, "the sky"), self._slot((sky.sun_rotation,))
+        self._use("realtime/sky")
+        xyz = f"sky_xyz({sampler}, {direction}, {rotation})"
+        if sky.disc:
+            place = self._slot((sky.atmosphere.sun_elevation, sky.disc.diameter, sky.lowest_elevation))
+            low, high = map(self._slot, sky.disc_ends)
+            xyz += f" + sun_xyz({direction}, {rotation}, {place}, {low}, {high})"
+        return f"rgb_of_xyz({xyz})"
 
     def _normal_map(self, one: NormalMap) -> str:
         self._use("realtime/normal_map")

@@ -11,6 +11,7 @@ import gpu
 
 from ..material.expression import Constant, Coordinate, Expression, Image, apply, number
 from ..material.read import read_surface
+from ..material.sky import Atmosphere
 from ..material.surface import PARAMETERS, Loss, Surface
 from ..models.registry import Parameter
 from .expressions import Code, MeshAttribute, NotDrawn, Writer
@@ -82,8 +83,8 @@ class RenderMaterial:
         return tuple(dict.fromkeys((*self.code.attributes, *shadow)))
 
     @property
-    def textures(self) -> tuple[Image, ...]:
-        """Its images."""
+    def textures(self) -> tuple[Image | Atmosphere, ...]:
+        """Its images and, as their air, its skies."""
         return tuple(dict.fromkeys((*self.code.images, *(self.shadow_code.images if self.shadow_code else ()))))
 
     @property
@@ -95,6 +96,11 @@ class RenderMaterial:
     def is_transparent(self) -> bool:
         """Whether some samples see through it."""
         return self.shadow_code is not None
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The names of its images of which there are no pixels to draw."""
+        return tuple(one.name for one in self.textures if isinstance(one, Image) and self.is_missing(one))
 
     def is_missing(self, image: Image) -> bool:
         """Return whether there are no pixels of `image` to draw."""

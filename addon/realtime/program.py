@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from ..blender.glsl import FULLSCREEN_VERTEX_SHADER, SHADERS, source
+from ..material.sky import BANDS
 from .expressions import WIDTHS, Code, attribute_name
 from .models import GlslModel
 
@@ -211,6 +212,20 @@ def shadow_program() -> Program:
 def specular_table_program() -> Program:
     """Return the program that integrates the table of specular albedos."""
     return _fullscreen_program("specular_table", (), {}, "ggx")
+
+
+def sky_program(name: str, constants: str) -> Program:
+    """Return the program that computes a table of a sky by shaders/realtime/NAME.glsl, after the definitions `constants`."""
+    is_table, is_multiple = name == "sky_transmittance", name == "sky_multiple_scattering"
+    numbers = {"densities": "VEC3"} | ({} if is_table else {"sun_elevation": "FLOAT", "altitude": "FLOAT"})
+    made = _fullscreen_program(name, ("transmittance",) if is_multiple else (), numbers)
+    is_single = not (is_table or is_multiple)
+    return replace(
+        made,
+        fragment=constants + ("" if is_single else _file("sky_air")) + made.fragment,
+        uniform_blocks={"spectrum": "Spectrum"} if is_single else {},
+        declarations=f"struct Spectrum {{ vec4 band[{BANDS}]; }};\n",
+    )
 
 
 def subsurface_gather_program() -> Program:

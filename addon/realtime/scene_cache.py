@@ -81,7 +81,7 @@ class SceneCache:
     def warnings(self) -> list[Omission]:
         """What the picture lacks or shows in another way than the scene has it."""
         used = {uid: material for uid, material in self.materials.items() if uid in self._names}
-        missing = {image.name for material in used.values() for image in material.textures if material.is_missing(image)}
+        missing = {name for material in used.values() for name in material.missing}
         losses = [Omission("MATERIAL", str(loss), self._names[uid]) for uid, material in used.items() for loss in material.losses]
         said = [line for about in ("objects", "world", "lights") for line in self._said.get(about, ())]
         return [*said, *(Omission("IMAGE_DATA", "the image cannot be read", name) for name in sorted(missing)), *losses]

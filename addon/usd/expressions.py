@@ -81,6 +81,8 @@ class Writer:
                 return self._bump(expression).converted(kind)
             case Apply():
                 return self._operation(expression, kind)
+            case tree.SkyTexture(label=node):
+                raise Unsupported(node, "a sky of scattered light")
 
     def _add(self, name: str, identifier: str, kind: str, **inputs: Constant | Primvar | Term) -> Term:
         values = {key: value.value if isinstance(value, Term) else value for key, value in inputs.items()}
