@@ -94,6 +94,17 @@ def shadows(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     yield Section(study.steps(load_character("human"), options.quick), {title: study.table})
 
 
+def camera(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
+    """Hold the depth of field of True Diffuse Realtime against Cycles, by the number of samples."""
+    from true_diffuse.scripts.studies import camera as study
+
+    if len(engines) < len(NODE_ENGINES):
+        raise BadInput("Cycles and EEVEE's graphics driver are both needed")
+    register_realtime()
+    title = "RMS difference of Realtime from Cycles: of all pixels / without the worst 1 %"
+    yield Section(study.steps(load_character("human"), options.quick), {title: study.table})
+
+
 def stability(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Hold GLSL and OSL in 32-bit floats against their formulas in 50 digits, and the plain subsurface formulas against ours."""
     try:
@@ -271,6 +282,7 @@ MEASURES: dict[str, Measure] = {
         engines,
         soft,
         shadows,
+        camera,
         stability,
         cost,
         scale,

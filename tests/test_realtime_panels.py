@@ -16,7 +16,8 @@ pytestmark = pytest.mark.usefixtures("registered")
 # Blender 5.2's panels for EEVEE in the properties. One that is in neither list has to be looked at: are its settings followed?
 SHOWN = """
     CAMERA_PT_presets CAMERA_PT_safe_areas_presets DATA_PT_CURVES_attributes DATA_PT_camera DATA_PT_camera_animation
-    DATA_PT_camera_background_image DATA_PT_camera_display DATA_PT_camera_display_composition_guides DATA_PT_camera_safe_areas
+    DATA_PT_camera_background_image DATA_PT_camera_display DATA_PT_camera_display_composition_guides DATA_PT_camera_dof
+    DATA_PT_camera_dof_aperture DATA_PT_camera_safe_areas
     DATA_PT_camera_safe_areas_center_cut DATA_PT_camera_stereoscopy DATA_PT_cone DATA_PT_context_camera DATA_PT_context_curves
     DATA_PT_context_light DATA_PT_context_lightprobe DATA_PT_context_mesh DATA_PT_context_pointcloud DATA_PT_context_speaker
     DATA_PT_context_volume DATA_PT_curves_animation DATA_PT_curves_surface DATA_PT_custom_props_camera
@@ -38,7 +39,7 @@ SHOWN = """
 """
 HIDDEN = """
     DATA_PT_EEVEE_light DATA_PT_EEVEE_light_distance DATA_PT_EEVEE_light_influence DATA_PT_EEVEE_light_shadow
-    DATA_PT_camera_dof DATA_PT_camera_dof_aperture DATA_PT_lightprobe_animation DATA_PT_lightprobe_bake
+    DATA_PT_lightprobe_animation DATA_PT_lightprobe_bake
     DATA_PT_lightprobe_bake_capture DATA_PT_lightprobe_bake_clamping DATA_PT_lightprobe_bake_offset
     DATA_PT_lightprobe_bake_resolution DATA_PT_lightprobe_capture DATA_PT_lightprobe_display_eevee DATA_PT_lightprobe_eevee
     DATA_PT_lightprobe_parallax DATA_PT_preview DATA_PT_spot DATA_PT_volume_render EEVEE_MATERIAL_PT_displacement
@@ -191,11 +192,6 @@ def blurred() -> None:
     bpy.context.scene.render.use_motion_blur = True
 
 
-def focused() -> None:
-    bpy.context.scene.camera = link("Camera", bpy.data.cameras.new("Camera"))
-    bpy.context.scene.camera.data.dof.use_dof = True
-
-
 def panoramic() -> None:
     bpy.context.scene.camera = link("Camera", bpy.data.cameras.new("Camera"))
     bpy.context.scene.camera.data.type = "PANO"
@@ -242,7 +238,6 @@ def colored_by_nodes() -> None:
 
 SETTINGS = {
     "motion blur": blurred,
-    "depth of field is not drawn (1): Camera": focused,
     "cameras that are neither perspective nor orthographic are not rendered (1): Camera": panoramic,
     "spherical stereo is not drawn (1): Camera": spherical,
     "passes stay empty (1): Mist": with_passes,

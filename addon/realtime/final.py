@@ -13,6 +13,7 @@ from mathutils import Matrix
 from ..blender import engines
 from . import not_drawn
 from .driver import DriverError, Rgba, forget_shaders
+from .lens import read_lens
 from .renderer import Renderer
 from .scene_cache import SceneCache
 from .view import View, distances_of, eye_of
@@ -138,7 +139,7 @@ def _camera_view(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph,
     projection = Matrix.Translation((-2.0 * shift * side / width, 0.0, 0.0)) @ projection
     is_perspective = camera.data.type == "PERSP"
     eye, distances = eye_of(matrix, is_perspective), distances_of(projection, is_perspective)
-    return View(projection @ matrix.inverted_safe(), eye, is_perspective, width, height, distances)
+    return View(projection @ matrix.inverted_safe(), eye, is_perspective, width, height, distances, read_lens(camera, matrix))
 
 
 def _pixels(length: float) -> int:

@@ -65,15 +65,15 @@ class Light:
         if not self.is_soft:
             return self
         start = 0.5 + (index * BETWEEN_LIGHTS if sample else 0.0)
-        u, v, w = ((start + _radical_inverse(sample, base)) % 1.0 for base in BASES)
+        u, v, w = ((start + radical_inverse(sample, base)) % 1.0 for base in BASES)
         if self.kind == "SUN":
-            x, y = (math.sin(self.size) * coordinate for coordinate in _disk(u, v))
+            x, y = (math.sin(self.size) * coordinate for coordinate in disk(u, v))
             cosine = math.sqrt(max(1.0 - x * x - y * y, 1e-6))
             towards = Vector(self.axis).to_track_quat("Z", "Y") @ Vector((x, y, cosine))
             red, green, blue = (strength / cosine for strength in self.strength)
             return replace(self, axis=tuple(towards), strength=(red, green, blue), size=0.0)
         if self.kind == "AREA":
-            x, y = _disk(u, v) if self.is_round else (2.0 * u - 1.0, 2.0 * v - 1.0)
+            x, y = disk(u, v) if self.is_round else (2.0 * u - 1.0, 2.0 * v - 1.0)
             moves = (x * a + y * b for a, b in zip(*self.sides, strict=True))
         else:
             moves = (self.size * coordinate for coordinate in _ball(u, v, w))
@@ -160,7 +160,7 @@ def _gain(data: bpy.types.Light, matrix: Matrix) -> float:
     return 1.0 if data.normalize else area
 
 
-def _radical_inverse(number: int, base: int) -> float:
+def radical_inverse(number: int, base: int) -> float:
     """Return `number` with its digits in `base` mirrored at the point: J. Halton (1960)."""
     inverse, place = 0.0, 1.0
     while number:
@@ -170,7 +170,7 @@ def _radical_inverse(number: int, base: int) -> float:
     return inverse
 
 
-def _disk(u: float, v: float) -> tuple[float, float]:
+def disk(u: float, v: float) -> tuple[float, float]:
     """Return the point of a disk of radius 1 for one of a square; P. Shirley and K. Chiu, "A Low Distortion Map Between Disk and
     Square" (1997)."""
     x, y = 2.0 * u - 1.0, 2.0 * v - 1.0

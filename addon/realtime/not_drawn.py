@@ -119,8 +119,6 @@ def _is_pass(setting: str) -> bool:
 
 def _of_camera(camera: bpy.types.Camera, is_stereoscopic: bool) -> Iterator[str]:
     """Yield what is not drawn of the scene's camera."""
-    if camera.dof.use_dof:
-        yield "depth of field is not drawn"
     if camera.type not in {"PERSP", "ORTHO"}:
         yield "cameras that are neither perspective nor orthographic are not rendered"
     if is_stereoscopic and camera.stereo.use_spherical_stereo:

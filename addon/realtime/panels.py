@@ -24,6 +24,8 @@ IGNORED = (  # patterns of generic panels whose settings the engine does not fol
     "RENDER_PT_simplify*",  # also to have Sampling come first, as panels of one order stand as they were registered
 )
 FOLLOWED = {  # panels for EEVEE whose settings the engine follows
+    "DATA_PT_camera_dof",
+    "DATA_PT_camera_dof_aperture",
     "EEVEE_MATERIAL_PT_context_material",
     "EEVEE_MATERIAL_PT_surface",
     "EEVEE_WORLD_PT_surface",

@@ -22,9 +22,9 @@ from .program import (
 )
 from .scene_cache import SceneCache
 from .shadow_maps import ShadowMaps
-from .view import View, sample_offset
+from .view import View
 
-GATHER_STEPS = (0.8191725133961645, 0.6710436067037893)  # a sequence that fills a square evenly, other than sample_offset's
+GATHER_STEPS = (0.8191725133961645, 0.6710436067037893)  # a sequence that fills a square evenly, other than view.sample_offset's
 
 
 class RenderTargets:
@@ -97,13 +97,13 @@ class Renderer:
 
     def add(self, view: View, sample: int, filter_size: float, background: Rgba) -> None:
         """Draw one sample of every pixel over `background` and add it to the picture; `filter_size` is in pixels."""
-        shifted = view.shifted(*sample_offset(sample, filter_size))
+        sampled = view.at_sample(sample, filter_size)
         with PROGRAM_LOCK:
             if sample:
                 self._shadow_maps.light(sample)
-            self._draw_surfaces(self._targets, shifted, sample)
+            self._draw_surfaces(self._targets, sampled, sample)
             if self._targets.subsurface:
-                self._gather_subsurface(self._targets, shifted, sample)
+                self._gather_subsurface(self._targets, sampled, sample)
             self._accumulate(self._targets, background)
         self._samples += 1
 

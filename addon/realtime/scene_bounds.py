@@ -43,9 +43,10 @@ class SceneBounds:
     def visible(self, view: View) -> list[Vector]:
         """Return the corners of the polygons that enclose what is in the picture [m]: the bounds, clipped to `view`."""
         corners: list[Vector] = []
-        for triangle in self._visible:
-            polygon = [(view.projection @ Vector((*corner, 1.0)), corner) for corner in triangle]
-            corners += (world for _, world in _clipped(polygon))
+        for projection in (part.projection for part in view.holding()):
+            for triangle in self._visible:
+                polygon = [(projection @ Vector((*corner, 1.0)), corner) for corner in triangle]
+                corners += (world for _, world in _clipped(polygon))
         return corners
 
     def _enclosing(self, all_placed: Collection[Placed]) -> list[Triangle]:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 
 from mathutils import Matrix, Vector
 
+from .lens import Lens
+
 BLACKMAN_HARRIS = (0.35875, -0.48829, 0.14128, -0.01168)  # Blackman and Harris's window, as cosines of multiples of its angle
 
 
@@ -15,7 +17,7 @@ class View:
     """A camera. `projection` takes a point of the world to the clip space of `width` x `height` pixels.
 
     `eye` is its position [m] in perspective, and the unit vector towards it in a parallel projection. What has the depth d in clip
-    space, -1 to 1, is (x + y d) / (z + w d) of `distances` away along the view's axis [m].
+    space, -1 to 1, is (x + y d) / (z + w d) of `distances` away along the view's axis [m]. `lens` is None where all is in focus.
     """
 
     projection: Matrix
@@ -24,6 +26,7 @@ class View:
     width: int
     height: int
     distances: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 0.0)
+    lens: Lens | None = None
 
     def cropped(self, x: int, y: int, width: int, height: int) -> "View":
         """Return the view of a rectangle of the picture in pixels; `x`, `y` is its corner at the bottom left."""
@@ -36,6 +39,34 @@ class View:
         """Return the view with each pixel's center moved by `x` pixels to the right and `y` upwards."""
         shift = Matrix.Translation((-2.0 * x / self.width, -2.0 * y / self.height, 0.0))
         return replace(self, projection=shift @ self.projection)
+
+    def at_sample(self, sample: int, filter_size: float) -> "View":
+        """Return the view that a sample has, of another point of every pixel, through another point of the lens.
+
+        `filter_size` is in pixels.
+        """
+        shifted = self.shifted(*sample_offset(sample, filter_size))
+        if not self.lens:
+            return shifted
+        offset = self.lens.offset(sample)
+        eye = self.eye + (offset if self.is_perspective else offset / self.lens.focus)
+        return replace(
+            shifted,
+            projection=shifted.projection @ self.lens.shear(offset),
+            eye=eye if self.is_perspective else eye.normalized(),
+        )
+
+    def holding(self) -> "tuple[View, ...]":
+        """Return views that hold together what all points of the lens see; what they show of it is distorted.
+
+        In front of the plane in focus and behind it, what is seen grows with the distance from that plane.
+        """
+        if not self.lens:
+            return (self,)
+        reach = self.lens.radius * max(1.0, 1.0 / self.lens.ratio)
+        spread = reach * max(row.to_3d().length for row in self.projection[:2]) * self.lens.defocus()
+        rows = self.projection[:3]
+        return tuple(replace(self, projection=Matrix((*rows, self.projection[3] + sign * spread))) for sign in (1.0, -1.0))
 
     @property
     def is_mirrored(self) -> bool:

@@ -11,6 +11,7 @@ from mathutils import Vector
 from . import not_drawn
 from .driver import DriverError, Rgba
 from .final import background, failure_message
+from .lens import read_lens
 from .not_drawn import Omission
 from .objects import IsShown, has_hidden_collection
 from .renderer import Renderer
@@ -58,8 +59,15 @@ class Viewport:
         size = (0, 0)
         try:
             region, seen = context.region, context.region_data
-            eye = eye_of(seen.view_matrix.inverted_safe(), seen.is_perspective)
-            window = View(seen.perspective_matrix.copy(), eye, seen.is_perspective, region.width, region.height)
+            place, camera = seen.view_matrix.inverted_safe(), _camera(context, scene)
+            window = View(
+                seen.perspective_matrix.copy(),
+                eye_of(place, seen.is_perspective),
+                seen.is_perspective,
+                region.width,
+                region.height,
+                lens=read_lens(camera.evaluated_get(depsgraph), place) if camera else None,
+            )
             x, y, width, height = _border(context, scene, window)
             size = (width, height)
             if min(size) <= 0 or self._failed_size == size:
@@ -125,6 +133,15 @@ def redraw(area: int) -> None:
                 open_area.tag_redraw()
 
 
+def _camera(context: bpy.types.Context, scene: bpy.types.Scene) -> bpy.types.Object | None:
+    """Return the camera that a viewport looks through; None where it looks through none."""
+    if context.region_data.view_perspective != "CAMERA":
+        return None
+    space = context.space_data
+    camera = space.camera if space.use_local_camera else scene.camera
+    return camera if camera and camera.type == "CAMERA" else None
+
+
 def _border(context: bpy.types.Context, scene: bpy.types.Scene, view: View) -> tuple[int, int, int, int]:
     """Return the left, bottom, width and height of the drawn rectangle of a viewport [pixels]; a size of 0 or less if it is empty.
 
@@ -133,8 +150,7 @@ def _border(context: bpy.types.Context, scene: bpy.types.Scene, view: View) -> t
     space, settings = context.space_data, scene.render
     low, high = Vector((0.0, 0.0)), Vector((view.width, view.height))
     if context.region_data.view_perspective == "CAMERA":
-        camera = space.camera if space.use_local_camera else scene.camera
-        if settings.use_border and camera and camera.type == "CAMERA":
+        if settings.use_border and (camera := _camera(context, scene)):
             to_window = view.projection @ camera.matrix_world.normalized()
             frame = [to_window @ corner.to_4d() for corner in camera.data.view_frame(scene=scene)]
             pixels = [Vector(((clip.x / clip.w + 1.0) * view.width, (clip.y / clip.w + 1.0) * view.height)) / 2.0 for clip in frame]

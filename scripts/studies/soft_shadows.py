@@ -60,7 +60,7 @@ def steps(mesh: bpy.types.Mesh, quick: bool) -> list[Step]:
         expected = characters.cycles(LIGHTS[name])
         got = characters.radiance(LIGHTS[name], engines.REALTIME, samples)
         pixels = range(len(got) // 3)
-        best = sorted(pixels, key=partial(_square, got, expected))[: math.ceil((1.0 - WORST) * len(pixels))]
+        best = sorted(pixels, key=partial(square_of, got, expected))[: math.ceil((1.0 - WORST) * len(pixels))]
         yield {
             "lights": name,
             "samples": samples,
@@ -73,7 +73,8 @@ def steps(mesh: bpy.types.Mesh, quick: bool) -> list[Step]:
     return [Step(f"{name}  {count} samples", partial(measure, name, count), count + 20.0) for name in names for count in SAMPLES]
 
 
-def _square(got: array[float], expected: array[float], pixel: int) -> float:
+def square_of(got: array[float], expected: array[float], pixel: int) -> float:
+    """Return the squared difference of two pictures at a pixel."""
     return sum((got[i] - expected[i]) ** 2 for i in range(3 * pixel, 3 * pixel + 3))
 
 

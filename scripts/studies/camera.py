@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Realtime's depth of field against Cycles, by the number of samples: the five characters of the study of soft shadows."""
+
+import math
+from array import array
+from collections.abc import Iterator, Sequence
+from functools import cache, partial
+
+import bpy
+
+from true_diffuse.addon.blender import engines
+from true_diffuse.addon.measure import error
+from true_diffuse.addon.measure.record import Record
+from true_diffuse.scripts.studies.soft_shadows import LIGHTS, WORST, Characters, square_of
+from true_diffuse.scripts.studies.study import Step, Table, pivot
+
+# The middle character is in focus, the first and the last, 0.6 m behind and before it, are blurred by circles of 12 pixels.
+FOCUS, FSTOP = 28.5, 0.13  # m; of 400 mm
+SAMPLES, NOISELESS = (16, 64), 512
+IN_FOCUS, DEPTH_OF_FIELD = "All in focus", "Depth of field"
+
+
+def steps(mesh: bpy.types.Mesh, quick: bool) -> list[Step]:
+    """Return steps that yield Realtime's RMS difference from Cycles, of all pixels and without the WORST."""
+    characters = Characters(mesh)
+    dof = characters.scene.camera.data.dof
+    dof.focus_distance, dof.aperture_fstop = FOCUS, FSTOP
+
+    def picture(case: str, engine: engines.Engine, samples: int) -> array[float]:
+        dof.use_dof = case == DEPTH_OF_FIELD
+        return characters.radiance(LIGHTS["key"], engine, samples)
+
+    cycles = cache(partial(picture, engine=engines.CYCLES, samples=NOISELESS))
+
+    def measure(case: str, samples: int) -> Iterator[Record]:
+        expected, got = cycles(case), picture(case, engines.REALTIME, samples)
+        pixels = range(len(got) // 3)
+        best = sorted(pixels, key=partial(square_of, got, expected))[: math.ceil((1.0 - WORST) * len(pixels))]
+        yield {
+            "case": case,
+            "samples": samples,
+            "rms_difference": error.difference(got, expected, pixels),
+            "rms_difference_of_best": error.difference(got, expected, best),
+        }
+
+    return [
+        Step(f"{case}  {count} samples", partial(measure, case, count), count + 60.0)
+        for case in ((DEPTH_OF_FIELD,) if quick else (IN_FOCUS, DEPTH_OF_FIELD))
+        for count in SAMPLES
+    ]
+
+
+def table(records: Sequence[Record]) -> Table:
+    """Return the differences, a row for each case and a column for each number of samples."""
+
+    def cell(found: list[Record]) -> str:
+        (one,) = found
+        return f"{100.0 * one['rms_difference']:.1f} / {100.0 * one['rms_difference_of_best']:.1f} %"
+
+    return pivot(records, ("Camera",), lambda one: (one["case"],), lambda one: f"{one['samples']} samples", cell)

@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The realtime engine's depth of field against closed forms and Cycles."""
+
+import math
+from array import array
+from collections.abc import Callable, Sequence
+
+import bpy
+
+import pytest
+from mathutils import Matrix, Vector
+
+from true_diffuse.addon.blender import engines
+from true_diffuse.addon.measure import render
+from true_diffuse.addon.realtime.lens import Lens
+from true_diffuse.addon.realtime.view import View
+from true_diffuse.scenes.elements import add, towards
+
+pytestmark = [pytest.mark.render, pytest.mark.usefixtures("registered", "driver")]
+
+SIZE = 48  # pixels
+ROUND = 1e-5  # of sums of 32-bit floats
+
+
+def scene_of(size: int = SIZE, lens: float = 50.0) -> bpy.types.Scene:
+    """Return an empty scene of a camera at the origin that looks along -Z, whose samples are all at the pixels' centers."""
+    scene = bpy.context.scene
+    settings = scene.render
+    settings.resolution_x = settings.resolution_y = size
+    settings.film_transparent, settings.filter_size = True, 0.0
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", render.CENTER
+    scene.cycles.max_bounces = 0
+    data = bpy.data.cameras.new("Camera")
+    data.lens = lens
+    scene.camera = add(scene, "Camera", data)
+    return scene
+
+
+def shining(radiance: float = 1.0) -> bpy.types.Material:
+    """Return a material that emits a radiance [W/(m^2 sr)] and reflects nothing."""
+    made = bpy.data.materials.new("Shining")
+    tree = made.node_tree
+    emission = tree.nodes.new("ShaderNodeEmission")
+    emission.inputs["Strength"].default_value = radiance
+    tree.links.new(emission.outputs[0], tree.get_output_node("ALL").inputs["Surface"])
+    return made
+
+
+def rectangle(
+    scene: bpy.types.Scene, low: tuple[float, float], high: tuple[float, float], z: float, shown: bpy.types.Material
+) -> bpy.types.Object:
+    """Add a rectangle parallel to the picture, `z` along the camera's axis [m]."""
+    mesh = bpy.data.meshes.new("Rectangle")
+    (x0, y0), (x1, y1) = low, high
+    mesh.from_pydata([(x0, y0, 0.0), (x1, y0, 0.0), (x1, y1, 0.0), (x0, y1, 0.0)], [], [(0, 1, 2, 3)])
+    mesh.materials.append(shown)
+    return add(scene, "Rectangle", mesh, Matrix.Translation((0.0, 0.0, z)))
+
+
+def red(scene: bpy.types.Scene, engine: engines.Engine = engines.REALTIME, samples: int = 1) -> array[float]:
+    """Return the red radiance of each pixel, rows from the top."""
+    return render.radiance(scene, engine, samples)[1][::3]
+
+
+def rms_error(got: Sequence[float], expected: Sequence[float]) -> float:
+    """Return the RMS difference over the RMS of what is expected."""
+    difference = math.fsum((a - b) ** 2 for a, b in zip(got, expected, strict=True))
+    return math.sqrt(difference / math.fsum(b * b for b in expected))
+
+
+# ---- depth of field
+
+FOCUS, FSTOP = 2.0, 0.1  # m; of 50 mm: a lens of 0.25 m
+
+
+def focus(camera: bpy.types.Object, **settings: object) -> None:
+    dof = camera.data.dof
+    dof.use_dof, dof.focus_distance, dof.aperture_fstop = True, FOCUS, FSTOP
+    for name, value in settings.items():
+        setattr(dof, name, value)
+
+
+def disk_beyond(x: float) -> float:
+    """Return the fraction of a disk of radius 1 that is left of a chord at `x` from its middle."""
+    x = max(-1.0, min(x, 1.0))
+    return 0.5 + (x * math.sqrt(1.0 - x * x) + math.asin(x)) / math.pi
+
+
+@pytest.mark.parametrize("distance", [1.0, 2.0, 4.0])
+def test_edge_is_blurred_by_the_circle_of_confusion(distance: float) -> None:
+    """Of an edge `distance` away, at x = 0: a point of the lens moves it by its own offset times |1 / distance - 1 / focus|.
+
+    The picture is 0.72 wide at 1 m. 256 points of a disk leave a chord's fraction uncertain by about 1 / 256 for each of the
+    digits that they have in base 7, three, and as much in base 11.
+    """
+    scene = scene_of()
+    focus(scene.camera)
+    rectangle(scene, (0.0, -9.0), (9.0, 9.0), -distance, shining())
+    row = red(scene, samples=256)[SIZE * (SIZE // 2) :][:SIZE]
+    radius = 0.05 / FSTOP / 2.0 * abs(1.0 / distance - 1.0 / FOCUS)  # of the circle, at 1 m
+    for column, found in enumerate(row):
+        x = 0.72 * ((column + 0.5) / SIZE - 0.5)
+        expected = disk_beyond(x / radius) if radius else float(x > 0.0)
+        assert found == pytest.approx(expected, abs=6.0 / 256.0 if radius else ROUND)
+
+
+def aperture(**settings: object) -> Callable[[bpy.types.Scene], None]:
+    return lambda scene: focus(scene.camera, **settings)
+
+
+def parallel(scene: bpy.types.Scene) -> None:
+    scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 1.4
+    focus(scene.camera, aperture_fstop=2.0)
+
+
+def on_an_object(scene: bpy.types.Scene) -> None:
+    target = add(scene, "Focus", None, Matrix.Translation((3.0, 1.0, -1.3)))
+    focus(scene.camera, focus_object=target, focus_distance=9.0, aperture_fstop=0.06)
+
+
+def on_a_bone(scene: bpy.types.Scene) -> None:
+    armature = add(scene, "Rig", bpy.data.armatures.new("Rig"), Matrix.Translation((0.0, 0.0, -1.0)))
+    bpy.context.view_layer.objects.active = armature
+    bpy.ops.object.mode_set(mode="EDIT")
+    bone = armature.data.edit_bones.new("Eye")
+    bone.head, bone.tail = (0.0, 0.0, -0.3), (0.0, 1.0, -0.3)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    focus(scene.camera, focus_object=armature, focus_subtarget="Eye", aperture_fstop=0.06)
+
+
+LENSES = {
+    "polygon": aperture(aperture_blades=5, aperture_rotation=0.4, aperture_fstop=0.02),
+    "polygon, narrow": aperture(aperture_blades=3, aperture_rotation=0.2, aperture_ratio=1.5, aperture_fstop=0.02),
+    "two blades, wide": aperture(aperture_blades=2, aperture_ratio=0.5, aperture_fstop=0.04),
+    "orthographic": parallel,
+    "object": on_an_object,
+    "bone": on_a_bone,
+}
+
+
+@pytest.mark.parametrize("name", LENSES)
+def test_lens_is_that_of_cycles(name: str) -> None:
+    """The picture of a small square that is out of focus has the shape of the aperture.
+
+    A square of 3 pixels that is spread over 80 is in a pixel in one sample out of 9: of 1024 random samples, 115 +- 11 would be.
+    Evenly spread samples are at least twice as even.
+    """
+    scene = scene_of(24, 35.0)
+    LENSES[name](scene)
+    scene.camera.matrix_world = Matrix.Translation((0.5, 1.0, 2.0)) @ towards((0.3, -0.5, 1.0)) @ Matrix.Rotation(0.6, 4, "Z")
+    for item in scene.objects:
+        if item is not scene.camera:
+            item.matrix_world = scene.camera.matrix_world @ item.matrix_world
+    small = rectangle(scene, (-0.3, -0.2), (0.2, 0.3), 0.0, shining(100.0))
+    small.matrix_world = scene.camera.matrix_world @ Matrix.Translation((0.0, 0.0, -4.0))
+    bpy.context.view_layer.update()
+    expected = red(scene, engines.CYCLES, 1024)
+    assert rms_error(red(scene, samples=1024), expected) < 0.05
+
+
+def test_what_any_point_of_the_lens_sees_is_within_the_bounds() -> None:
+    camera = Matrix.Translation((0.5, 1.0, 2.0)) @ towards((0.3, -0.5, 1.0))
+    right, up, axis = (camera.col[column].to_3d() for column in range(3))
+    projection = Matrix(((2.0, 0.0, 0.3, 0.0), (0.0, 3.0, 0.0, 0.0), (0.0, 0.0, -1.002, -0.2), (0.0, 0.0, -1.0, 0.0)))
+    lens = Lens(camera.translation, right, up, axis, 2.0, 0.3, 0.7, 5, 0.2)
+    view = View(projection @ camera.inverted(), camera.translation, True, 48, 32, lens=lens)
+    held = beyond = 0
+    for sample in range(32):
+        seen = view.at_sample(sample, 0.0)
+        from_clip = seen.projection.inverted()
+        for x in (-1.0, -0.5, 1.0):
+            for y in (-1.0, 0.3, 1.0):
+                for z in (-0.9, 0.0, 0.8, 0.9, 0.95, 0.99):
+                    point = from_clip @ Vector((x, y, z, 1.0))
+                    point /= point.w
+                    assert any(is_within(part, point, 1.0 + 1e-5) for part in view.holding()), (sample, x, y, z)
+                    held += 1
+                    beyond += not is_within(view, point, 1.0)
+    assert 0 < beyond < held  # a view without a lens does not hold them
+
+
+def is_within(view: View, point: Vector, margin: float) -> bool:
+    clip = view.projection @ point
+    return all(abs(coordinate) <= clip.w * margin for coordinate in clip[:3])
