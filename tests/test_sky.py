@@ -4,6 +4,7 @@
 import math
 from array import array
 from collections.abc import Sequence
+from dataclasses import replace
 
 import bpy
 
@@ -11,10 +12,11 @@ import pytest
 from mathutils import Matrix
 
 from true_diffuse.addon.blender import engines
-from true_diffuse.addon.material.expression import Coordinate, SkyTexture
+from true_diffuse.addon.material.expression import Coordinate, Image, ImageTexture, SkyTexture, apply, walk
 from true_diffuse.addon.material.links import Place
 from true_diffuse.addon.material.read_nodes import NodeReader, UnsupportedInput
-from true_diffuse.addon.material.sky import Sky, Sun
+from true_diffuse.addon.material.sky import Atmosphere, Sky, Sun, SunDisc
+from true_diffuse.addon.material.suns import DIRECTION, without_suns
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.models.vector import from_polar
 from true_diffuse.addon.usd.expressions import Writer
@@ -218,3 +220,46 @@ def test_materialx_has_no_sky() -> None:
     with pytest.raises(Unsupported, match="sky") as problem:
         Writer(Network("MaterialX_"), {}).color(texture)
     assert problem.value.node == "My Sky"
+
+
+# ---- the suns of a world's radiance
+
+SUNNY = SkyTexture(Sky(Atmosphere(True, 0.3, 100.0, 1.0, 1.0, 1.0), 0.5, SunDisc(0.01, 1.0)), DIRECTION)
+SUNLESS = SkyTexture(replace(SUNNY.sky, disc=None), DIRECTION)
+
+
+def sun_of(texture: SkyTexture) -> Sun:
+    found = texture.sky.sun()
+    assert found
+    return found
+
+
+def test_sun_of_a_radiance_is_scaled_as_its_sky() -> None:
+    tinted = apply("add", apply("multiply", SUNNY, (0.5, 0.25, 2.0)), (3.0, 3.0, 3.0))
+    rest, (sun,) = without_suns(tinted)
+    assert rest == apply("add", apply("multiply", SUNLESS, (0.5, 0.25, 2.0)), (3.0, 3.0, 3.0))
+    own = sun_of(SUNNY)
+    assert (sun.direction, sun.diameter) == (own.direction, own.diameter)
+    expected = [a * b for a, b in zip(own.radiance, (0.5, 0.25, 2.0), strict=True)]
+    assert sun.radiance == pytest.approx(expected)
+
+
+def test_suns_of_two_skies_are_two_lights() -> None:
+    other = replace(SUNNY, sky=replace(SUNNY.sky, sun_rotation=2.0))
+    rest, suns = without_suns(apply("mix", SUNNY, other, 0.25))
+    assert not [one for one in walk(rest) if isinstance(one, SkyTexture) and one.sky.disc]
+    assert [sun.radiance for sun in suns] == [
+        pytest.approx([share * value for value in sun_of(texture).radiance]) for texture, share in ((SUNNY, 0.75), (other, 0.25))
+    ]
+
+
+def test_sun_behind_what_depends_on_direction_is_seen_in_its_own() -> None:
+    upper = apply("multiply", SUNNY, apply("greater_than", apply("z", DIRECTION), 0.0))
+    assert without_suns(upper)[1] == [sun_of(SUNNY)]
+    lower = apply("multiply", SUNNY, apply("less_than", apply("z", DIRECTION), 0.0))
+    assert without_suns(lower) == (apply("multiply", SUNLESS, apply("less_than", apply("z", DIRECTION), 0.0)), [])
+
+
+def test_sun_behind_an_image_stays() -> None:
+    clouds = apply("multiply", SUNNY, ImageTexture(Image("Clouds", "sRGB", is_data=False), DIRECTION))
+    assert without_suns(clouds) == (clouds, [])

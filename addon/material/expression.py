@@ -6,7 +6,7 @@ An expression is a number or a triple (a color, linear Rec. 709, or a vector). `
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Literal, Protocol
 
@@ -313,6 +313,28 @@ def children(expression: Expression) -> tuple[Expression, ...]:
         return expression.arguments
     values = (getattr(expression, item.name) for item in fields(expression))
     return tuple(value for value in values if isinstance(value, EXPRESSIONS))
+
+
+def rewritten(expression: Expression, change: Callable[[Expression], Expression | None]) -> Expression:
+    """Return `expression` with what `change` returns in the place of what is in it, from the top; None looks further below."""
+    made: dict[int, Expression] = {}  # by identity, so that what several operations share is visited once
+
+    def of(one: Expression) -> Expression:
+        if id(one) not in made:
+            made[id(one)] = change(one) or _with_children(one, of)
+        return made[id(one)]
+
+    return of(expression)
+
+
+def _with_children(one: Expression, of: Callable[[Expression], Expression]) -> Expression:
+    match one:
+        case Apply(operation, arguments):
+            return apply(operation, *map(of, arguments), label=one.label)
+        case Curve():
+            return curve(one.points, of(one.argument), one.is_stepped, one.is_extended, one.label)
+    below = {item.name: getattr(one, item.name) for item in fields(one)}
+    return replace(one, **{name: of(value) for name, value in below.items() if isinstance(value, EXPRESSIONS)})
 
 
 EXPRESSIONS = (Constant, ImageTexture, Attribute, UvMap, Coordinate, Apply, Curve, NormalMap, Bump, SkyTexture)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ..material.expression import Attribute, Bump, Coordinate, Expression, ImageTexture, NormalMap, UvMap, evaluate, triple, walk
 from ..material.operations import Triple
-from .points import Unknown
+from ..material.points import Unknown
 
 # Where it is tried whether coordinates are affine, away from the steps of floor, sign and the like
 PLACES = ((1.25, 1.5), (-2.375, 0.6875), (0.3125, 5.125), (-7.5625, -3.8125), (0.28125, 0.53125))

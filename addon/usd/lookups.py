@@ -26,7 +26,7 @@ from ..material.expression import (
     triple,
 )
 from ..material.operations import Kind, Triple, Value
-from .points import Unknown
+from ..material.points import Unknown
 
 CHANNELS = "rgba"
 # Values of red, green, blue and alpha

@@ -24,11 +24,11 @@ from true_diffuse.addon.material.expression import (
 )
 from true_diffuse.addon.material.expression import Constant as Value
 from true_diffuse.addon.material.operations import OPERATIONS, Triple
+from true_diffuse.addon.material.points import Unknown
 from true_diffuse.addon.usd.compositions import COLORS
 from true_diffuse.addon.usd.expressions import Writer
 from true_diffuse.addon.usd.files import Files
 from true_diffuse.addon.usd.network import TOKEN, Network, Output
-from true_diffuse.addon.usd.points import Unknown
 from true_diffuse.scripts.studies import materialx_code
 
 POSITION = Coordinate("position")

@@ -3,8 +3,8 @@
 
 from collections.abc import Callable
 
-from ..material.expression import Attribute, Bump, Coordinate, ImageTexture, NormalMap, Point
-from ..material.operations import Triple, Value
+from .expression import Attribute, Bump, Coordinate, ImageTexture, NormalMap, Point
+from .operations import Triple, Value
 
 
 class Unknown(Point):
