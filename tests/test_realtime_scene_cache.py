@@ -856,17 +856,18 @@ def test_lights_beyond_the_most_are_left_out() -> None:
     assert lights_to_bytes([LIGHT] * (most + 3), [1] * (most + 3)) == lights_to_bytes([LIGHT] * most, [1] * most)
 
 
-@pytest.mark.parametrize(("node", "socket"), [("ShaderNodeTexSky", "Color"), ("ShaderNodeTexNoise", "Strength")])
-def test_world_that_varies_is_said_and_drawn_in_its_own_value(blend: str, node: str, socket: str) -> None:
+@pytest.mark.parametrize(
+    ("node", "output", "socket"), [("ObjectInfo", "Color", "Color"), ("TexIES", "Factor", "Strength")], ids=("Color", "Strength")
+)
+def test_world_of_an_unknown_node_is_said_and_drawn_in_its_own_value(blend: str, node: str, output: str, socket: str) -> None:
     stage = Stage(blend)
     tree = stage.scene.world.node_tree
     background = tree.nodes["Background"]
     background.inputs["Color"].default_value, background.inputs["Strength"].default_value = (0.25, 0.5, 1.0, 1.0), 2.0
-    cache = scene_cache.SceneCache()
-    cache.update(bpy.context.evaluated_depsgraph_get())
-    assert cache.world == (0.5, 1.0, 2.0) and not cache.warnings
-    tree.links.new(tree.nodes.new(node).outputs[0], background.inputs[socket])
+    made = tree.nodes.new(f"ShaderNode{node}")
+    tree.links.new(made.outputs[output], background.inputs[socket])
     cache = scene_cache.SceneCache()
     cache.update(bpy.context.evaluated_depsgraph_get())
     assert cache.world == (0.5, 1.0, 2.0)
-    assert list(map(str, cache.warnings)) == [f"what is linked to the world's {socket} is not drawn, the socket's own value is"]
+    what = f"the output {output} of the node {made.bl_label} ({made.name}) is not drawn, the {socket} of the node Background itself is"
+    assert list(map(str, cache.warnings)) == [f"World: {what}"]

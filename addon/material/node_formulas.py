@@ -6,6 +6,7 @@ As Cycles has it (intern/cycles/kernel/svm); arguments are in the order of the n
 
 from collections.abc import Sequence
 from itertools import pairwise
+from math import pi, tau
 
 from .expression import Constant, Coordinate, Expression, apply, curve
 from .operations import OPERATIONS
@@ -94,6 +95,25 @@ def mapping(
         return apply("normalize", turned, label=label)
     turned = apply("rotate", apply("multiply", vector, scale, label=label), rotation, label=label)
     return apply("add", turned, location, label=label) if entry == "POINT" else turned
+
+
+def equirectangular(direction: Expression) -> Expression:
+    """Return where an environment map has a direction of any length: around from -X over -Y, and up, both from 0 to 1."""
+    x, y, z = (apply(axis, direction) for axis in "xyz")
+    level = apply("length", apply("combine", x, y, 0.0))
+    around = apply("multiply", apply("arctangent2", y, x), -1.0 / tau)
+    upwards = apply("multiply", apply("arctangent2", z, level), 1.0 / pi)
+    return apply("combine", apply("add", around, 0.5), apply("add", upwards, 0.5), 0.0)
+
+
+def mirror_ball(direction: Expression) -> Expression:
+    """Return where a picture of a mirror ball, seen from -Y, shows a direction of any length."""
+    unit = apply("normalize", direction)
+    x, y, z = (apply(axis, unit) for axis in "xyz")
+    width = apply("sqrt", apply("maximum", apply("multiply", apply("add", y, -1.0), -0.5), 0.0))
+    place = apply("divide", apply("combine", x, 0.0, z), apply("multiply", width, 4.0))
+    u, v = (apply("add", apply(axis, place), 0.5) for axis in "xz")
+    return apply("combine", u, v, 0.0)
 
 
 def vector_rotate(

@@ -7,6 +7,7 @@ READERS holds a function for each node; what the nodes compute is in `node_formu
 import struct
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
+from typing import Any
 
 import bpy
 
@@ -57,7 +58,9 @@ class NodeReader:
     Collects the `images` that they name, by full name, and `notes`: labels of nodes with what the user should know of each.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, ray: str = "Is Camera Ray") -> None:
+        """`ray` is the output of the node Light Path that is 1."""
+        self.ray = ray
         self.images: dict[str, bpy.types.Image] = {}
         self.notes: list[tuple[str, str]] = []
         self._read: dict[Place, Expression] = {}
@@ -201,8 +204,6 @@ def _image_texture(reader: NodeReader, output: Place) -> Expression:
     if output.socket.identifier == "Alpha" and is_opaque(node.image):
         return formulas.ONE
     vector = output.input("Vector")
-    user = node.image_user
-    is_played = node.image.source in ("SEQUENCE", "MOVIE")
     return ImageTexture(
         reader.image(node.image),
         UvMap() if reader.is_implicit(vector) else reader.expression(vector),
@@ -212,9 +213,26 @@ def _image_texture(reader: NodeReader, output: Place) -> Expression:
         node.projection,
         shortest(node.projection_blend) if node.projection == "BOX" else 0.0,
         is_used(node.outputs["Alpha"]),
-        (user.frame_start, user.frame_duration, user.frame_offset) if is_played else (0, 0, 0),
-        is_played and user.use_cyclic,
+        **_played(node),
     )
+
+
+def _environment_texture(reader: NodeReader, output: Place) -> Expression:
+    node, vector = output.node, output.input("Vector")
+    if node.image is None:
+        raise UnsupportedInput(output.label, "an image node without an image")
+    _assert_unmapped(output)
+    direction = Coordinate("position") if reader.is_implicit(vector) else reader.expression(vector)
+    place = formulas.equirectangular if node.projection == "EQUIRECTANGULAR" else formulas.mirror_ball
+    return ImageTexture(reader.image(node.image), place(direction), interpolation=node.interpolation, **_played(node))
+
+
+def _played(node: bpy.types.Node) -> dict[str, Any]:
+    """Return the fields of ImageTexture that say which frame of a sequence or movie shows."""
+    if node.image.source not in ("SEQUENCE", "MOVIE"):
+        return {}
+    user = node.image_user
+    return {"frame": (user.frame_start, user.frame_duration, user.frame_offset), "is_cyclic": user.use_cyclic}
 
 
 def is_opaque(image: bpy.types.Image) -> bool:
@@ -272,7 +290,7 @@ def _light_path(reader: NodeReader, output: Place) -> Expression:
     if name in ("Ray Length", "Is Singular Ray"):
         raise unsupported(output)
     reader.note(output.node, "other than the camera's rays see what the camera does")
-    return Constant(float(name == "Is Camera Ray"))
+    return Constant(float(name == reader.ray))
 
 
 def _color_attribute(_reader: NodeReader, output: Place) -> Expression:
@@ -537,6 +555,7 @@ OTHERS: Mapping[str, Reader] = {
     "ShaderNodeRGB": _value,
     "ShaderNodeTexImage": _image_texture,
     "ShaderNodeTexSky": _sky_texture,
+    "ShaderNodeTexEnvironment": _environment_texture,
     "ShaderNodeUVMap": _uv_map,
     "ShaderNodeTexCoord": _texture_coordinate,
     "ShaderNodeNewGeometry": _geometry,

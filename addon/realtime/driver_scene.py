@@ -17,6 +17,7 @@ from .program import Variant
 from .scene_bounds import SceneBounds
 from .scene_cache import SceneCache
 from .sky import sky_map
+from .world_maps import WorldMaps
 
 OBJECTS_ACROSS = 256  # in a row of the texture of matrices, as in shaders/realtime/objects.glsl
 
@@ -26,12 +27,13 @@ class DriverScene:
 
     `warnings` say what it lacks because of the driver. `draws` has the parts that the camera sees, by variant and material, and
     `casters` those that cast shadows, each with the code of its opacity, None where it is opaque. `caster_version` counts the
-    changes of what a shadow map shows. `bounds` are those of all objects.
+    changes of what a shadow map shows. `bounds` are those of all objects. `world` is the world's light.
     """
 
     def __init__(self, cache: SceneCache) -> None:
         self.cache = cache
         self.warnings: list[Omission] = []
+        self.world = WorldMaps()
         self.draws: list[tuple[Variant, RenderMaterial, list[Part]]] = []
         self.casters: list[tuple[Part, Code | None]] = []
         self.caster_version = 0
@@ -55,6 +57,9 @@ class DriverScene:
         """Send to the driver what has changed in `cache` or in the pixels of its images; return whether there is anything."""
         cache = self.cache
         are_images_changed = self._refresh_images()
+        are_images_changed |= self.world.refresh(cache.environment, cache.has_glossy)
+        self.warnings += self.world.warnings
+        cache.set_world_suns(self.world.suns)
         if cache.version == self._version:
             return are_images_changed
         self._version = cache.version

@@ -14,6 +14,7 @@ from ..blender import engines
 from . import not_drawn
 from .driver import DriverError, Rgba, forget_shaders
 from .lens import read_lens
+from .expressions import Code
 from .renderer import Renderer
 from .scene_cache import SceneCache
 from .view import View, distances_of, eye_of
@@ -46,11 +47,12 @@ def picture_frame(scene: bpy.types.Scene) -> tuple[tuple[int, int], int, int, in
     return (width, height), x, y, max(1, right - x), max(1, top - y)
 
 
-def background(scene: bpy.types.Scene, cache: SceneCache) -> Rgba:
-    """Return what is behind all surfaces: its radiance times its alpha, and its alpha."""
+def background(scene: bpy.types.Scene, cache: SceneCache) -> Rgba | Code:
+    """Return what is behind all surfaces: its radiance times its alpha, and its alpha; or GLSL of the world's radiance."""
     if scene.render.film_transparent:
         return 0.0, 0.0, 0.0, 0.0
-    return *cache.world, 1.0
+    camera = cache.environment.camera
+    return camera if isinstance(camera, Code) else (*camera, 1.0)
 
 
 def failure_message(error: BaseException) -> str:

@@ -19,7 +19,7 @@ from .models import GlslModel, glsl_model, with_highlight
 
 MILLIMETER = 0.001  # m
 GRAY = (0.8, 0.8, 0.8)  # Blender's color of faces without a material
-OUR_SAMPLERS = 4  # where objects are, the shadow map and its tiles, and the table of specular albedos
+OUR_SAMPLERS = 5  # where objects are, the shadow map and its tiles, the table of specular albedos, and the map of the world
 FEWEST_SAMPLERS = 16  # of any driver
 
 # The layers and parts of a surface, by the parameter that makes a material have them: each a definition for the shaders
@@ -37,6 +37,7 @@ FEATURES: Mapping[str, str] = {
     "coat_normal": "COAT_NORMAL",
     "specular_anisotropy": "ANISOTROPY",
 }
+GLOSSY = frozenset({"METAL", "TRANSMISSION", "SPECULAR", "HIGHLIGHT", "COAT"})  # which reflect the world more or less sharply
 HOLDOUT = "HOLDOUT"  # the definition that makes a shader draw a hole in the picture
 # The parameters that the shader of a feature reads, beside that which makes it
 READ: Mapping[str, tuple[str, ...]] = {
@@ -130,7 +131,7 @@ def surface_material(
     """Return how `surface` is drawn; `losses` are those of its reading, `images` Blender's by full name."""
     said = list(losses)
     features = features_of(surface)
-    writer = Writer(_samplers() - OUR_SAMPLERS)
+    writer = Writer(samplers() - OUR_SAMPLERS)
     names = ["base_color", *(name for name, feature in FEATURES.items() if feature in features)]
     names += dict.fromkeys(name for feature, read in READ.items() if feature in features for name in read if name not in names)
     for name in names:
@@ -143,7 +144,7 @@ def surface_material(
         model = with_highlight(model)
     shadow_code = None
     if features & {"OPACITY", "TRANSMISSION"}:
-        shadow = Writer(_samplers() - OUR_SAMPLERS)
+        shadow = Writer(samplers() - OUR_SAMPLERS)
         for name in ("opacity", "transmission_weight", "metallic", "base_color"):
             _add(shadow, name, surface[name], [])
         shadow_code = shadow.code()
@@ -208,7 +209,7 @@ def _scaled(surface: Surface, name: str, meter: float) -> Expression:
     return Coordinate("tangent") if name == "tangent" and not surface.uses(name) else expression
 
 
-def _samplers() -> int:
+def samplers() -> int:
     """Return how many images a shader may read here."""
     try:
         return gpu.capabilities.max_textures_frag_get()

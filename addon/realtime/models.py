@@ -21,7 +21,8 @@ class GlslModel:
     `surface` are statements ahead of all lights, whose variables `radiance` may use; it, too, is of n, v and albedo. All may use
     `shape`, a float or vector of the up to four numbers that `constants` returns for a parameter, and the GLSL function
     `coefficients` for one that varies over the surface. `ambient` needs shaders/`ambient_stem`.glsl, which is the model's own where
-    that is empty. `more` are functions beside those of the files.
+    that is empty. `more` are functions beside those of the files. `base` is the model without a highlight, None where it has none.
+    The variables of its `surface` are there, too.
     """
 
     stem: str
@@ -32,6 +33,7 @@ class GlslModel:
     coefficients: str = ""
     ambient_stem: str = ""
     more: str = ""
+    base: "GlslModel | None" = None
 
 
 @functools.cache
@@ -60,6 +62,7 @@ def with_highlight(model: GlslModel) -> GlslModel:
         return replace(
             model,
             stem="blinn_phong",
+            base=model,
             surface=f"BlinnPhongSurface surface = blinn_phong_surface(n, v, albedo, {numbers});",
             radiance="blinn_phong_radiance(surface, l)",
             ambient=f"blinn_phong_albedo(mu, albedo, {numbers})",
@@ -67,6 +70,7 @@ def with_highlight(model: GlslModel) -> GlslModel:
         )
     return replace(
         model,
+        base=model,
         surface=f"{model.surface} BlinnPhongSurface highlight = blinn_phong_surface(n, v, vec3(0.0), {numbers});",
         radiance=f"{model.radiance} + blinn_phong_radiance(highlight, l)",
         ambient_stem="directional_albedo",

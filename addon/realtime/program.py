@@ -10,16 +10,21 @@ from dataclasses import dataclass, field, replace
 
 from ..blender.glsl import FULLSCREEN_VERTEX_SHADER, SHADERS, source
 from ..material.sky import BANDS
+from ..models.color import LUMINANCE
 from .expressions import WIDTHS, Code, attribute_name
 from .models import GlslModel
 
 MAX_LIGHTS = 64
 LIGHT_TYPES = ("SUN", "POINT", "SPOT", "AREA")  # Blender's; a light's number in the shader is its index here
+MAX_WORLD_SUNS = 4
+MAX_TILES = 16  # of a map of the world
 # Only vectors and matrices of four components, where the std140 layout of uniform blocks pads nothing
 STRUCTS = {
     "View": "mat4 projection; vec4 camera; vec4 world;",
     "Lights": f"ivec4 count; Light light[{MAX_LIGHTS}];",
     "Gather": "vec4 size; vec4 offset;",
+    "WorldTiles": f"vec4 tile[{MAX_TILES}];",
+    "Caps": f"vec4 cap[{MAX_WORLD_SUNS}];",
 }
 SHADOW_TEXTURES = ("shadow_map", "shadow_tiles")
 GATHER_MAPS = ("radiance_map", "entering_map", "distance_map", "tint_map")  # the surface shader's outputs, in their order
@@ -38,11 +43,15 @@ FEATURE_STEMS: Mapping[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Lighting:
-    """What a scene's lights ask of every surface shader: their `types`, of LIGHT_TYPES, shadow maps, an ambient term."""
+    """What a scene's lights ask of every surface shader: their `types`, of LIGHT_TYPES, shadow maps, an ambient term.
+
+    `world_map`: the ambient term is of a world that varies.
+    """
 
     types: frozenset[str] = frozenset()
     shadows: bool = False
     ambient: bool = False
+    world_map: bool = False
 
 
 @dataclass(frozen=True)
@@ -106,7 +115,8 @@ def surface_program(variant: Variant) -> Program:
     if unknown := lighting.types - set(LIGHT_TYPES):
         raise ValueError(f"unknown types of light: {', '.join(sorted(unknown))}")
     has_table = reads_table(features)
-    stems = [model.stem]
+    base = model.base or model
+    stems = [base.stem, model.stem] if lighting.world_map else [model.stem]
     if lighting.ambient and model.ambient_stem:
         stems.append(model.ambient_stem)
     stems += [stem for feature in sorted(features) for stem in FEATURE_STEMS.get(feature, ())]
@@ -115,6 +125,8 @@ def surface_program(variant: Variant) -> Program:
     for is_used, name in (
         (lighting.shadows, "SHADOWS"),
         (lighting.ambient, "AMBIENT"),
+        (lighting.world_map, "WORLD_MAP"),
+        (lighting.world_map and base.stem != "lambert", "SHAPED"),
         (has_table, "SPECULAR_TABLE"),
         (variant.subsurface_in_scene, "SUBSURFACE_IN_SCENE"),
     ):
@@ -128,11 +140,15 @@ def surface_program(variant: Variant) -> Program:
         f"RADIANCE {model.radiance}",
         f"ALBEDO(mu) {model.ambient}",
     ]
+    if lighting.world_map:
+        definitions += [f"BASE_RADIANCE {base.radiance}", f"BASE_ALBEDO(mu) {base.ambient}"]
     comment, rest = source("lights").split("struct Light {", 1)
     members, functions = rest.split("};", 1)  # the struct is declared before the uniform blocks, which contain it
     more = [comment, functions, source(*stems), model.more]
     if has_table:
         more.append(_file("specular_albedo"))
+    if lighting.world_map:
+        more += [_file("octahedral"), _file("world_light")]
     return _material_program(
         "true_diffuse_surface",
         variant.inputs,
@@ -140,11 +156,17 @@ def surface_program(variant: Variant) -> Program:
         more,
         "surface_fragment",
         samplers=(dict.fromkeys(SHADOW_TEXTURES, "FLOAT_2D") if lighting.shadows else {})
-        | ({"specular_table": "FLOAT_2D"} if has_table else {}),
-        blocks={"lights": "Lights"},
-        outputs=("out_radiance", *(("out_entering", "out_distance", "out_tint") if variant.subsurface_in_scene else ())),
+        | ({"specular_table": "FLOAT_2D"} if has_table else {})
+        | ({"world_map": "FLOAT_2D"} if lighting.world_map else {}),
+        blocks={"lights": "Lights"} | ({"world_tiles": "WorldTiles"} if lighting.world_map else {}),
+        outputs=surface_outputs(variant.subsurface_in_scene),
         declarations=f"struct Light {{{members}}};\n",
     )
+
+
+def surface_outputs(subsurface_in_scene: bool) -> tuple[str, ...]:
+    """Return the outputs of what draws into a sample of the picture."""
+    return ("out_radiance", *(("out_entering", "out_distance", "out_tint") if subsurface_in_scene else ()))
 
 
 def transparent_shadow_program(inputs: Inputs) -> Program:
@@ -226,6 +248,62 @@ def sky_program(name: str, constants: str) -> Program:
         uniform_blocks={"spectrum": "Spectrum"} if is_single else {},
         declarations=f"struct Spectrum {{ vec4 band[{BANDS}]; }};\n",
     )
+
+
+def world_radiance_program(inputs: Inputs) -> Program:
+    """Return the program that computes the octahedral map of a world of `inputs`, and what of it makes suns."""
+    constants = {"size": "FLOAT", "threshold": "FLOAT", "bright": "FLOAT", "subsamples": "INT"}
+    luminance = f"#define LUMINANCE {', '.join(map(str, LUMINANCE))}\n"
+    outputs = ("out_radiance", "out_excess", "out_moment")
+    return replace(_world_program("world_radiance", inputs, constants, luminance), outputs=outputs)
+
+
+def world_background_program(inputs: Inputs, subsurface_in_scene: bool) -> Program:
+    """Return the program that draws a world of `inputs` where no surface is."""
+    constants = dict.fromkeys(("right", "up", "forward", "pixel"), "VEC4")
+    definitions = "#define SUBSURFACE_IN_SCENE\n" if subsurface_in_scene else ""
+    made = _world_program("world_background", inputs, constants, definitions)
+    behind = "void main() { gl_Position = vec4(position, 1.0, 1.0); }"  # at the far end
+    return replace(made, vertex=behind, outputs=surface_outputs(subsurface_in_scene))
+
+
+def world_suns_program() -> Program:
+    """Return the program that sums what makes suns over blocks of texels."""
+    made = _fullscreen_program("world_suns", ("excess_map", "moment_map"), {"block": "INT"})
+    return replace(made, fragment=_file("octahedral") + made.fragment, outputs=("out_power", "out_moment"))
+
+
+def world_remaining_program() -> Program:
+    """Return the program that takes the suns out of a world."""
+    made = _fullscreen_program("world_remaining", ("radiance_map", "excess_map"), {"block": "INT"}, caps="Caps")
+    return replace(made, fragment=f"#define SUNS {MAX_WORLD_SUNS}\n{_file('octahedral')}{made.fragment}")
+
+
+def world_reduce_program() -> Program:
+    """Return the program that makes a smaller tile of a map of a world."""
+    made = _fullscreen_program("world_reduce", ("radiance_map",), {"tile": "VEC4"})
+    return replace(made, fragment=_file("octahedral") + made.fragment)
+
+
+def world_irradiance_program() -> Program:
+    """Return the program that integrates a world over the hemisphere around each direction."""
+    made = _fullscreen_program("world_irradiance", ("world_map",), {"tile": "VEC4", "source": "VEC4"})
+    return replace(made, fragment=_file("octahedral") + made.fragment)
+
+
+def world_glossy_program() -> Program:
+    """Return the program that blurs a world as a rough surface reflects it."""
+    constants = {"tile": "VEC4", "alpha": "FLOAT"}
+    made = _fullscreen_program("world_glossy", ("world_map",), constants, world_tiles="WorldTiles")
+    return replace(made, fragment=_file("octahedral") + made.fragment)
+
+
+def _world_program(name: str, inputs: Inputs, constants: Mapping[str, str], definitions: str) -> Program:
+    """Return the program that runs shaders/realtime/NAME.glsl for every pixel, after the `inputs` of a world."""
+    made = _fullscreen_program(name, [f"image_{index}" for index in range(inputs.images)], constants, material="Material")
+    functions = "\n".join((definitions, _file("octahedral"), source(*inputs.stems), inputs.text))
+    declarations = f"struct Material {{ vec4 values[{inputs.vectors}]; }};\n"
+    return replace(made, fragment=f"{functions}\n{made.fragment}", declarations=declarations)
 
 
 def subsurface_gather_program() -> Program:

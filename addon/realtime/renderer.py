@@ -9,6 +9,7 @@ import gpu
 from ..blender.glsl import triangle
 from .driver import PROGRAM_LOCK, TRANSPARENT, DriverError, Rgba, bound, compiled, specular_table, uniform_buffer, use_depth_test
 from .driver_scene import DriverScene
+from .expressions import Code
 from .materials import HOLDOUT
 from .not_drawn import Omission
 from .program import (
@@ -95,16 +96,16 @@ class Renderer:
                 specular_table()  # now, as it has a framebuffer of its own
             self._shadow_maps.begin(view)
 
-    def add(self, view: View, sample: int, filter_size: float, background: Rgba) -> None:
+    def add(self, view: View, sample: int, filter_size: float, background: Rgba | Code) -> None:
         """Draw one sample of every pixel over `background` and add it to the picture; `filter_size` is in pixels."""
         sampled = view.at_sample(sample, filter_size)
         with PROGRAM_LOCK:
             if sample:
                 self._shadow_maps.light(sample)
-            self._draw_surfaces(self._targets, sampled, sample)
+            self._draw_surfaces(self._targets, sampled, sample, background if isinstance(background, Code) else None)
             if self._targets.subsurface:
                 self._gather_subsurface(self._targets, sampled, sample)
-            self._accumulate(self._targets, background)
+            self._accumulate(self._targets, TRANSPARENT if isinstance(background, Code) else background)
         self._samples += 1
 
     def show(self, x: int = 0, y: int = 0) -> None:
@@ -150,8 +151,8 @@ class Renderer:
         distances.dimensions = targets.width * targets.height
         return distances
 
-    def _draw_surfaces(self, targets: RenderTargets, view: View, sample: int) -> None:
-        """Draw the nearest surface of every pixel."""
+    def _draw_surfaces(self, targets: RenderTargets, view: View, sample: int, background: Code | None) -> None:
+        """Draw the nearest surface of every pixel, and the world in those without one."""
         view_block = uniform_buffer(view.to_bytes(self.cache.world, sample))
         with targets.surface_buffer.bind():
             use_depth_test()
@@ -161,12 +162,16 @@ class Renderer:
                 shader = bound(surface_program, variant)
                 self._scene.give_inputs(shader, view_block, material.code)
                 if HOLDOUT not in variant.features:
+                    if variant.lighting.world_map:
+                        self._scene.world.give(shader)
                     self._shadow_maps.give(shader, variant.lighting)
                     if reads_table(variant.features):
                         shader.uniform_sampler("specular_table", specular_table())
                 for part in parts:
                     self._scene.draw_part(shader, part)
             gpu.state.front_facing_set(False)
+            if background is not None:
+                self._scene.world.draw_background(background, view, targets.subsurface)
             gpu.state.depth_test_set("NONE")
 
     def _gather_subsurface(self, targets: RenderTargets, view: View, sample: int) -> None:

@@ -6,19 +6,17 @@ from dataclasses import dataclass, field
 
 import bpy
 
-from ..material.expression import Constant, triple
-from ..material.links import Place, is_nothing, source
-from ..material.read_nodes import NodeReader, UnsupportedInput
 from ..material.surface import Rgb
 from . import objects
 from .changes import Changes
 from .expressions import MeshAttribute
 from .lights import Light, read_light
-from .materials import HOLDOUT, RenderMaterial, render_material
+from .materials import GLOSSY, HOLDOUT, OUR_SAMPLERS, RenderMaterial, render_material, samplers
 from .meshes import Mesh, is_finite
 from .not_drawn import Omission
 from .objects import Identity, IsShown, Part, Visibility
 from .program import MAX_LIGHTS, Inputs, Lighting, Variant
+from .world import NO_WORLD, World, read_world
 
 BLACK: Rgb = (0.0, 0.0, 0.0)
 NOT_DRAWN = {  # by Blender's types of objects
@@ -48,16 +46,18 @@ class SceneCache:
     """Meshes, materials and lights of a depsgraph, kept from one update to the next.
 
     `groups` has the objects that show each part, as indices of `matrices` (16 floats for each object, column by column, [m]).
-    `materials` are those in use, by their session_uid. `world` is the radiance from everywhere [W/(m^2 sr)]. Each is replaced by
-    another when it changes, and `version` counts the changes of the picture.
+    `materials` are those in use, by their session_uid. `environment` is the world. Each is replaced by another when it changes, and
+    `version` counts the changes of the picture.
     """
 
     groups: dict[Part, list[int]] = field(default_factory=dict)
     matrices: array[float] = field(default_factory=lambda: array("f"))
-    lights: list[Light] = field(default_factory=list)
+    own_lights: list[Light] = field(default_factory=list)
     materials: dict[int, RenderMaterial] = field(default_factory=dict)
-    world: Rgb = BLACK
+    environment: World = NO_WORLD
     version: int = 0
+    _world_suns: tuple[Light, ...] = ()
+    _has_moving_world: bool = False  # which follows an object
     _frame: float | None = None  # of the last update
     _settings: tuple[int, float] | None = None  # the view layer's material, and the length of a meter
     _identity: Identity | None = None  # of the objects in `groups`
@@ -71,6 +71,22 @@ class SceneCache:
     _light_objects: set[int] = field(default_factory=set)
     _not_finite: set[int] = field(default_factory=set)
     _said: dict[str, list[Omission]] = field(default_factory=dict)  # by what they are about
+
+    @property
+    def lights(self) -> list[Light]:
+        """The lights, the world's suns included."""
+        return [*self.own_lights, *self._world_suns][:MAX_LIGHTS]
+
+    @property
+    def world(self) -> Rgb:
+        """The radiance from everywhere [W/(m^2 sr)]; 0 of a world that varies."""
+        diffuse = self.environment.diffuse
+        return diffuse if self.environment.is_even and isinstance(diffuse, tuple) else BLACK
+
+    @property
+    def has_glossy(self) -> bool:
+        """Whether any material in use reflects the world more or less sharply."""
+        return any(GLOSSY & material.features for material in self.materials.values())
 
     @property
     def has_subsurface(self) -> bool:
@@ -89,7 +105,8 @@ class SceneCache:
     def lighting(self) -> Lighting:
         """Return what the scene's lights and world ask of all surface shaders."""
         types = frozenset(light.kind for light in self.lights)
-        return Lighting(types, any(light.casts_shadow for light in self.lights), any(self.world))
+        has_map = not self.environment.is_even
+        return Lighting(types, any(light.casts_shadow for light in self.lights), has_map or any(self.world), has_map)
 
     def variant(self, material: RenderMaterial, is_holdout: bool) -> Variant:
         """Return the shader variant for `material` under the scene's lights, or for the hole that a holdout of it cuts."""
@@ -110,7 +127,7 @@ class SceneCache:
             self._meshes, self._settings = {}, None
         if settings != self._settings:
             self._settings, self._identity, self._records, self.materials = settings, None, {}, {}
-        if self._identity is None or changes.scene:
+        if self._identity is None or changes.scene or changes.images or (changes.moves and self._has_moving_world):
             self._read_world(depsgraph)
         lacking = self._reread_materials(depsgraph, changes)
         identity = self._identity
@@ -274,19 +291,23 @@ class SceneCache:
         said += [Omission("LIGHT", "left out, as its power is not finite or too large", name) for name in left_out]
         said += [Omission("LIGHT", f"left out, as {MAX_LIGHTS} lights are drawn", name) for name, _ in finite[MAX_LIGHTS:]]
         lights = [light for _, light in finite[:MAX_LIGHTS]]
-        if lights != self.lights:
-            self.lights = lights
+        if lights != self.own_lights:
+            self.own_lights = lights
             self.version += 1
 
     def _read_world(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Read the world, or the view layer's in its place."""
-        world, said = _world_radiance(depsgraph.view_layer_eval.world_override or depsgraph.scene_eval.world)
-        if not is_finite(world):
-            said.append(Omission("WORLD", "the world is black, as its radiance is not finite or too large"))
-            world = BLACK
-        self._said["world"] = said
-        if world != self.world:
-            self.world = world
+        world = depsgraph.view_layer_eval.world_override or depsgraph.scene_eval.world
+        reading = read_world(world, depsgraph, samplers() - OUR_SAMPLERS)
+        self._said["world"], self._has_moving_world = reading.said, reading.follows_object
+        if reading.world != self.environment or reading.world.images != self.environment.images:
+            self.environment = reading.world
+            self.version += 1
+
+    def set_world_suns(self, suns: tuple[Light, ...]) -> None:
+        """Have the lights include these, which the world has; of all, MAX_LIGHTS are drawn."""
+        if suns != self._world_suns:
+            self._world_suns = suns
             self.version += 1
 
 
@@ -295,31 +316,3 @@ def _slot_material(item: bpy.types.Object, mesh: bpy.types.Mesh, slot: int) -> b
     if slots := item.material_slots:
         return slots[max(0, min(slot, len(slots) - 1))].material
     return mesh.materials[max(0, min(slot, len(mesh.materials) - 1))] if mesh.materials else None
-
-
-def _world_radiance(world: bpy.types.World | None) -> tuple[Rgb, list[Omission]]:
-    """Return the radiance of a world of one color [W/(m^2 sr)], and what of the world is not drawn."""
-    if world is None:
-        return BLACK, []
-    output = world.node_tree.get_output_node("ALL") if world.node_tree else None
-    if output is None:
-        return tuple(world.color), []
-    background = source(Place(output.inputs["Surface"]))
-    if not background.socket.is_output or is_nothing(background):
-        return BLACK, []
-    if background.node.type != "BACKGROUND":
-        return BLACK, [Omission("WORLD", f"the world is black, as its node {background.node.bl_label} is not drawn")]
-    reader, said, values = NodeReader(), [], []
-    for name in ("Color", "Strength"):
-        place = background.input(name)
-        try:
-            value = reader.expression(place)
-        except UnsupportedInput:
-            value = None
-        if not isinstance(value, Constant):
-            value = reader.own(place)
-            what = f"what is linked to the world's {name} is not drawn, the socket's own value is"
-            said.append(Omission("WORLD", what))
-        values.append(triple(value.value))
-    red, green, blue = (color * strength for color, strength in zip(*values, strict=True))
-    return (red, green, blue), said

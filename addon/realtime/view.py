@@ -79,6 +79,13 @@ class View:
         x, y = (2.0 / max((row - row.dot(forward) * forward).length, 1e-30) for row in (right, up))
         return x / self.width, y / self.height
 
+    def directions(self) -> tuple[Vector, Vector, Vector]:
+        """Return vectors R, U and F with x R + y U + F looking at the place x, y of the picture, -1 to 1, at any distance."""
+        right, up, _, forward = (row.to_3d() for row in self.projection)
+        if not self.is_perspective:
+            return Vector(), Vector(), -self.eye
+        return tuple(Matrix((right, up, forward)).inverted().col)
+
     def to_bytes(self, world: tuple[float, float, float], sample: int) -> bytes:
         """Return the struct View of program.py; `world` is the world's radiance [W/(m^2 sr)], `sample` the sample's number."""
         return matrix_to_bytes(self.projection) + struct.pack("8f", *self.eye, self.is_perspective, *world, sample)

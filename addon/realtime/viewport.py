@@ -10,6 +10,7 @@ from mathutils import Vector
 
 from . import not_drawn
 from .driver import DriverError, Rgba
+from .expressions import Code
 from .final import background, failure_message
 from .lens import read_lens
 from .not_drawn import Omission
@@ -25,7 +26,7 @@ class Picture:
 
     view: View
     filter_size: float
-    background: Rgba
+    background: Rgba | Code
 
 
 class Viewport:

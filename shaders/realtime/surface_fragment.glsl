@@ -6,6 +6,8 @@
 // and, where the scene or the material needs them,
 //     SUN, POINT, SPOT, AREA    the types' numbers
 //     SHADOWS, AMBIENT
+//     WORLD_MAP                       the world varies; BASE_RADIANCE and BASE_ALBEDO(mu) are the model's without a highlight
+//     SHAPED                          the model is not Lambert's
 //     METAL, TRANSMISSION, SUBSURFACE, SPECULAR, HIGHLIGHT, COAT, FUZZ, EMISSION, OPACITY   parts of the surface
 //     NORMAL, COAT_NORMAL, ANISOTROPY which have this
 //     AVERAGED_COAT                   the coat is that of coat.glsl
@@ -274,27 +276,64 @@ void main()
 #endif
     }
 #ifdef AMBIENT
-    diffuse += view.world.rgb * (ALBEDO(mu));
-#ifdef METAL
-    vec3 metal_mean = mix(f0, vec3(1.0), metal_table.z) - dip * metal_table.w;
-    glossy += view.world.rgb * metal * metal_table.y * metal_mean;
-#endif
-#ifdef TRANSMISSION
-    glossy += view.world.rgb * glass_weight * glass_table.y * mix(glass_f0, vec3(1.0), glass_table.x);
-#endif
-#ifdef SPECULAR
-    glossy += view.world.rgb * specular * specular_entry.y * mix(specular_f0, vec3(1.0), specular_entry.x);
-#endif
-#ifdef AVERAGED_COAT
-    glossy += view.world.rgb * coat * coat_albedo;
-#elif defined(COAT)
-    glossy += view.world.rgb * coat * coat_table.y * coat_albedo;
+#ifdef WORLD_MAP
+#define REFLECTED(n, v, alpha) world_reflected(n, v, alpha)
+    vec3 around = world_around(n), base_albedo = BASE_ALBEDO(mu);
+    diffuse += around * base_albedo;
+#if defined(SHAPED) || defined(FUZZ)
+    // What the model, and fibers, make of the sky beside its mean: their reflection from directions as dense as the cosine.
+    vec3 shaped = vec3(0.0), fuzzy = vec3(0.0);
+    float fibers = 0.0;
+    for (int k = 0; k < RINGS * SECTORS; k++) {
+        vec3 l = world_direction(k, n, v);
+        vec3 difference = world_smooth(l) - around;
+        float cosine = max(dot(n, l), 1e-6);
+#ifdef SHAPED
+        shaped += difference * (3.14159265358979 * (BASE_RADIANCE) / cosine - base_albedo);
 #endif
 #ifdef FUZZ
-    glossy += view.world.rgb * fuzz;
+        float fiber = sheen_radiance(fuzz_lobe, l) / cosine;
+        fuzzy += difference * fiber;
+        fibers += fiber;
+#endif
+    }
+    diffuse = max(diffuse + shaped / float(RINGS * SECTORS), 0.0);
+#endif
+#ifdef HIGHLIGHT
+    diffuse += (ALBEDO(mu) - base_albedo) * world_reflected(n, v, sqrt(2.0 / (max(inputs.highlight_exponent, 0.0) + 2.0)));
+#endif
+#else
+#define REFLECTED(n, v, alpha) view.world.rgb
+    vec3 around = view.world.rgb;
+    diffuse += around * (ALBEDO(mu));
+#endif
+#if defined(METAL) || defined(SPECULAR) || defined(TRANSMISSION)
+    vec3 reflected_world = REFLECTED(n, v, sqrt(alpha.x * alpha.y));
+#endif
+#ifdef METAL
+    vec3 metal_mean = mix(f0, vec3(1.0), metal_table.z) - dip * metal_table.w;
+    glossy += reflected_world * metal * metal_table.y * metal_mean;
+#endif
+#ifdef TRANSMISSION
+    glossy += reflected_world * glass_weight * glass_table.y * mix(glass_f0, vec3(1.0), glass_table.x);
+#endif
+#ifdef SPECULAR
+    glossy += reflected_world * specular * specular_entry.y * mix(specular_f0, vec3(1.0), specular_entry.x);
+#endif
+#ifdef AVERAGED_COAT
+    glossy += REFLECTED(coat_normal, v, coat_roughness * coat_roughness) * coat * coat_albedo;
+#elif defined(COAT)
+    glossy += REFLECTED(coat_normal, v, coat_roughness * coat_roughness) * coat * coat_table.y * coat_albedo;
+#endif
+#ifdef FUZZ
+#ifdef WORLD_MAP
+    glossy += max(around + fuzzy / max(fibers, 1e-6), 0.0) * fuzz;
+#else
+    glossy += around * fuzz;
+#endif
 #endif
 #ifdef SUBSURFACE
-    entering += 3.14159265358979 * view.world.rgb;
+    entering += 3.14159265358979 * around;
 #endif
 #endif
     weight *= shown;

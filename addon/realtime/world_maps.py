@@ -1,0 +1,361 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The light of a world on the graphics driver: its suns, and maps of the rest for diffuse and for glossy reflection.
+
+All maps are octahedral (shaders/realtime/octahedral.glsl) and made anew where the world has changed, of its expression in GLSL.
+"""
+
+import bisect
+import itertools
+import math
+import random
+import struct
+from array import array
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import gpu
+from mathutils import Vector
+
+from ..blender.glsl import triangle
+from ..models.color import LUMINANCE
+from ..models.vector import Vector as Triple
+from .driver import PROGRAM_LOCK, bound, missing_image, uniform_buffer
+from .expressions import Code
+from .lights import Light
+from .materials import values_to_bytes
+from .not_drawn import Omission
+from .program import (
+    MAX_TILES,
+    MAX_WORLD_SUNS,
+    Inputs,
+    world_background_program,
+    world_glossy_program,
+    world_irradiance_program,
+    world_radiance_program,
+    world_reduce_program,
+    world_remaining_program,
+    world_suns_program,
+)
+from .view import View
+from .world import World
+
+MATTE_SIZE = 256  # texels across the map where nothing reflects it sharply
+SIZES = (128, 2048)  # the least and the most
+SMALLEST_TILE = 32  # texels across, of maps as smooth as the cosine
+INTEGRATED = 64  # texels across the map that the irradiance is the sum of
+SUN_GRID = 128  # blocks across the map in which suns are looked for: 1.6 degrees
+CAP = math.radians(10.0)  # how far around its brightest block a sun reaches
+FLAT = 0.8 * CAP  # the half angle from which on it is no sun
+FAINTEST = 0.02  # the part of the brightest sun's luminance that the others have at least
+BRIGHT = 10.0  # [W/(m^2 sr)] from which on all of a texel is looked at closely where no suns are made
+
+
+class Tile(NamedTuple):
+    """A square in a texture, without its border, in texels."""
+
+    x: int
+    y: int
+    size: int
+
+
+class Sample(NamedTuple):
+    """A direction of the world's light, its radiance [W/(m^2 sr)], and the density of such directions [1/sr]."""
+
+    direction: Triple
+    radiance: Triple
+    density: float
+
+
+class WorldMaps:
+    """The light of a world, after `refresh`. `suns` are lights; `warnings` say what the driver does not draw."""
+
+    def __init__(self) -> None:
+        self.suns: tuple[Light, ...] = ()
+        self.warnings: list[Omission] = []
+        self._made_of: object = None
+        self._textures: dict[str, gpu.types.GPUTexture] = {}  # of the images, by full name
+        self._values: dict[Code, gpu.types.GPUUniformBuf] = {}
+        self._triangle = triangle()
+        self._directions: _Directions | None = None
+
+    def refresh(self, world: World, has_glossy: bool) -> bool:
+        """Make all of a `world` again where it, or a pixel of its images, has changed; return whether it has. Raises DriverError.
+
+        The maps for glossy reflection are made if `has_glossy`: some material in the scene reflects them.
+        """
+        self.warnings = []
+        textures = {image.name: self._texture(world, image.name) for code in world.codes for image in code.images}
+        made_of = world, has_glossy, textures
+        if made_of == self._made_of:
+            return False
+        self._made_of, self._textures = made_of, textures
+        self._values = {code: uniform_buffer(values_to_bytes(code)) for code in world.codes}
+        self.suns, self._directions = (), None
+        if not world.is_even:
+            with PROGRAM_LOCK:
+                gpu.state.depth_test_set("NONE")
+                gpu.state.blend_set("NONE")
+                self._make(world, has_glossy)
+        return True
+
+    def give(self, shader: gpu.types.GPUShader) -> None:
+        """Have `shader` read the maps."""
+        shader.uniform_block("world_tiles", self._tiles)
+        shader.uniform_sampler("world_map", self._map)
+
+    def draw_background(self, code: Code, view: View, subsurface: bool) -> None:
+        """Draw the world where the bound target has no surface yet, as `view` sees it; the target has all outputs of surfaces."""
+        right, up, forward = view.directions()
+        shader = bound(world_background_program, Inputs.of(code), subsurface)
+        self._give_code(shader, code)
+        for name, vector in (("right", right), ("up", up), ("forward", forward)):
+            shader.uniform_float(name, (*vector, 0.0))
+        shader.uniform_float("pixel", (2.0 / view.width, 2.0 / view.height, 0.0, 0.0))
+        self._triangle.draw(shader)
+
+    def directions(self, count: int, sample: int, uniform: float = 0.2) -> list[Sample]:
+        """Return `count` directions, other ones for each `sample` of a picture; of a world that varies, without its suns.
+
+        A part `uniform` of them is spread evenly, the others are as dense as the luminance.
+        """
+        if self._directions is None:
+            self._directions = _Directions(self._smooth)
+        return list(self._directions.draw(count, sample, uniform))
+
+    def _texture(self, world: World, name: str) -> gpu.types.GPUTexture:
+        """Return an image on the driver, or one pixel where it is missing, as in Blender, or too large."""
+        image = world.images.get(name)
+        if image is None or (not image.has_data and not image.size[0]):
+            self.warnings.append(Omission("IMAGE_DATA", "the image cannot be read", name))
+            return missing_image()
+        try:
+            return gpu.texture.from_image(image)
+        except RuntimeError:
+            what = "the graphics driver has no room for the image, which is not drawn"
+            self.warnings.append(Omission("IMAGE_DATA", what, name))
+            return missing_image()
+
+    def _give_code(self, shader: gpu.types.GPUShader, code: Code) -> None:
+        for name, give, value in (
+            ("material", shader.uniform_block, self._values[code]),
+            *((f"image_{k}", shader.uniform_sampler, self._textures[image.name]) for k, image in enumerate(code.images)),
+        ):
+            try:
+                give(name, value)
+            except ValueError:  # the compiler has dropped it
+                continue
+
+    # ---- the maps
+
+    def _make(self, world: World, has_glossy: bool) -> None:
+        """Find the suns and make the maps of the rest."""
+        size = min(max(world.resolution, SIZES[0]), SIZES[1]) if has_glossy else MATTE_SIZE
+        diffuse = self._rest(world, world.diffuse, size, finds_suns=True)
+        glossy = diffuse
+        if has_glossy and world.glossy != world.diffuse:
+            glossy = self._rest(world, world.glossy, size, finds_suns=False)
+        sizes = [SMALLEST_TILE, SMALLEST_TILE]
+        levels = int(math.log2(size)) - 1 if has_glossy else 0  # alpha from 4 / size to 1
+        sizes += [max(size >> level, SMALLEST_TILE) for level in range(levels)]
+        tiles, across = _placed(sizes)
+        self._map = gpu.types.GPUTexture(across, format="RGBA16F")
+        self._map.filter_mode(True)
+        self._tiles = _tile_block(tiles, levels - 1)
+        pyramid, parts = self._pyramid(diffuse, [INTEGRATED])
+        self._fill(self._map, world_irradiance_program, tiles[0], world_map=pyramid, source=(*parts[0], 0.0))
+        self._fill(self._map, world_reduce_program, tiles[1], radiance_map=diffuse)
+        self._smooth = gpu.types.GPUTexture((SMALLEST_TILE + 2,) * 2, format="RGBA32F")
+        self._fill(self._smooth, world_reduce_program, Tile(1, 1, SMALLEST_TILE), radiance_map=diffuse)
+        if has_glossy:
+            self._fill(self._map, world_reduce_program, tiles[2], radiance_map=glossy)
+            pyramid, parts = self._pyramid(glossy, [size >> level for level in range(levels - 1)])
+            block = _tile_block(parts, len(parts) - 1)
+            for level in range(1, levels):
+                alpha = 4.0 / size * 2.0**level
+                self._fill(self._map, world_glossy_program, tiles[2 + level], world_map=pyramid, alpha=alpha, world_tiles=block)
+
+    def _rest(self, world: World, radiance: object, size: int, *, finds_suns: bool) -> gpu.types.GPUTexture:
+        """Return the map of a radiance without the suns, which are found in it or known already."""
+        maps = [gpu.types.GPUTexture((size, size), format="RGBA32F") for _ in range(3)]
+        if not isinstance(radiance, Code):
+            maps[0].clear(format="FLOAT", value=(*radiance, 1.0))
+            return maps[0]
+        width = max((image.size[0] for image in world.images.values()), default=0) or 1024
+        with gpu.types.GPUFrameBuffer(color_slots=maps).bind():
+            shader = bound(world_radiance_program, Inputs.of(radiance))
+            self._give_code(shader, radiance)
+            shader.uniform_float("size", float(size))
+            shader.uniform_float("threshold", world.sun_threshold)
+            shader.uniform_float("bright", world.sun_threshold or BRIGHT)
+            # no step is longer than a pixel of the image: a texel is at most 5 / size wide [rad]
+            shader.uniform_int("subsamples", max(1, math.ceil(5.0 / size * width / math.tau)))
+            self._triangle.draw(shader)
+        if world.sun_threshold <= 0.0:
+            return maps[0]
+        block = size // SUN_GRID
+        if finds_suns:
+            self._caps = self._found_suns(maps[1], maps[2], block, world.has_shadows)
+        if not self.suns:
+            return maps[0]
+        rest = gpu.types.GPUTexture((size, size), format="RGBA32F")
+        with gpu.types.GPUFrameBuffer(color_slots=rest).bind():
+            shader = bound(world_remaining_program)
+            shader.uniform_sampler("radiance_map", maps[0])
+            shader.uniform_sampler("excess_map", maps[1])
+            shader.uniform_int("block", block)
+            caps = uniform_buffer(struct.pack(f"{4 * MAX_WORLD_SUNS}f", *itertools.chain.from_iterable(self._caps)))
+            shader.uniform_block("caps", caps)
+            self._triangle.draw(shader)
+        return rest
+
+    def _found_suns(
+        self, excess: gpu.types.GPUTexture, moment: gpu.types.GPUTexture, block: int, has_shadows: bool
+    ) -> list[tuple[float, float, float, float]]:
+        """Keep the suns of a map; return where they are: the direction of each and the cosine of how far it reaches, or 2."""
+        sums = [gpu.types.GPUTexture((SUN_GRID, SUN_GRID), format="RGBA32F") for _ in range(2)]
+        with gpu.types.GPUFrameBuffer(color_slots=sums).bind():
+            shader = bound(world_suns_program)
+            shader.uniform_sampler("excess_map", excess)
+            shader.uniform_sampler("moment_map", moment)
+            shader.uniform_int("block", block)
+            self._triangle.draw(shader)
+        powers, moments = (_floats(texture) for texture in sums)
+        bright = {k: moments[4 * k + 3] for k in range(SUN_GRID * SUN_GRID) if moments[4 * k + 3] > 0.0}
+        found, caps, first = [], [], 0.0
+        while bright and len(found) < MAX_WORLD_SUNS:
+            brightest = texel_direction(max(bright, key=lambda k: bright[k]), SUN_GRID)
+            inside = [k for k in bright if texel_direction(k, SUN_GRID).dot(brightest) >= math.cos(CAP)]
+            luminance = math.fsum(bright.pop(k) for k in inside)
+            toward = Vector([math.fsum(moments[4 * k + axis] for k in inside) for axis in range(3)])
+            # of a disk of even radiance, the mean of the cosine to its middle is that of 1 and its edge's
+            half_angle = math.acos(min(1.0, max(2.0 * toward.length / luminance - 1.0, -1.0)))
+            if half_angle > FLAT or luminance < FAINTEST * first:
+                continue
+            first = first or luminance
+            red, green, blue = (math.fsum(powers[4 * k + channel] for k in inside) for channel in range(3))
+            found.append(sun_light(tuple(toward.normalized()), (red, green, blue), half_angle, has_shadows))
+            caps.append((*brightest, math.cos(CAP)))
+        self.suns = tuple(found)
+        return caps + [(0.0, 0.0, 0.0, 2.0)] * (MAX_WORLD_SUNS - len(caps))
+
+    def _pyramid(self, radiance: gpu.types.GPUTexture, sizes: Sequence[int]) -> tuple[gpu.types.GPUTexture, list[Tile]]:
+        """Return a map in smaller sizes, as one texture."""
+        tiles, across = _placed(sizes)
+        made = gpu.types.GPUTexture(across, format="RGBA32F")
+        made.filter_mode(True)
+        for tile in tiles:
+            self._fill(made, world_reduce_program, tile, radiance_map=radiance)
+        return made, tiles
+
+    def _fill(self, target: gpu.types.GPUTexture, make: object, tile: Tile, **given: object) -> None:
+        """Draw a tile of `target` and its border by the program that `make` returns, which reads what is `given`."""
+        buffer = gpu.types.GPUFrameBuffer(color_slots=target)
+        with buffer.bind():
+            buffer.viewport_set(tile.x - 1, tile.y - 1, tile.size + 2, tile.size + 2)
+            shader = bound(make)
+            shader.uniform_float("tile", (*tile, 0.0))
+            for name, value in given.items():
+                if isinstance(value, gpu.types.GPUTexture):
+                    shader.uniform_sampler(name, value)
+                elif isinstance(value, gpu.types.GPUUniformBuf):
+                    shader.uniform_block(name, value)
+                else:
+                    shader.uniform_float(name, value)
+            self._triangle.draw(shader)
+            buffer.viewport_set(0, 0, target.width, target.height)
+
+
+class _Directions:
+    """Draws directions by the luminance of a map of the size SMALLEST_TILE with its border."""
+
+    def __init__(self, texture: gpu.types.GPUTexture) -> None:
+        texels = _floats(texture)
+        size, across = SMALLEST_TILE, SMALLEST_TILE + 2
+        starts = [4 * (across * (y + 1) + x + 1) for y in range(size) for x in range(size)]
+        self._radiance = [tuple(texels[start : start + 3]) for start in starts]
+        lights = (math.fsum(a * b for a, b in zip(color, LUMINANCE, strict=True)) for color in self._radiance)
+        self._sums = list(itertools.accumulate(light * solid_angle(k, size) for k, light in enumerate(lights)))
+
+    def draw(self, count: int, sample: int, uniform: float) -> Iterator[Sample]:
+        """Yield directions: see WorldMaps.directions. Their numbers are R. Cranley and T. Patterson's rotations of a lattice."""
+        size, total = SMALLEST_TILE, self._sums[-1]
+        share = uniform if total > 0.0 else 1.0
+        shifts = random.Random(sample)
+        start, across, along = (shifts.random() for _ in range(3))
+        for k in range(count):
+            u, v, w = (k + start) / count, (across + 0.754877666246693 * k) % 1.0, (along + 0.569840290998053 * k) % 1.0
+            if u < share:
+                z, angle = 1.0 - 2.0 * u / share, math.tau * v
+                flat = math.sqrt(max(1.0 - z * z, 0.0))
+                direction = Vector((flat * math.cos(angle), flat * math.sin(angle), z))
+                texel = _texel(direction, size)
+            else:
+                texel = min(bisect.bisect(self._sums, (u - share) / (1.0 - share) * total), size * size - 1)
+                direction = texel_direction(texel, size, v, w)
+            density = share / (4.0 * math.pi)
+            if total > 0.0:
+                light = self._sums[texel] - (self._sums[texel - 1] if texel else 0.0)
+                density += (1.0 - share) * light / total * _density(direction, size)
+            yield Sample(tuple(direction), self._radiance[texel], density)
+
+
+def sun_light(direction: Triple, irradiance: Triple, half_angle: float, casts_shadow: bool) -> Light:
+    """Return a sun [W/m^2 on a plane that faces it] in a unit `direction`."""
+    none = (0.0, 0.0, 0.0)
+    return Light("SUN", none, direction, irradiance, 0.0, 0.0, none, none, casts_shadow, half_angle)
+
+
+def texel_direction(texel: int, size: int, x: float = 0.5, y: float = 0.5) -> Vector:
+    """Return the unit vector of a place in a texel of an octahedral map, as shaders/realtime/octahedral.glsl has it."""
+    row, column = divmod(texel, size)
+    a, b = 2.0 * (column + x) / size - 1.0, 2.0 * (row + y) / size - 1.0
+    z = 1.0 - abs(a) - abs(b)
+    if z < 0.0:
+        a, b = math.copysign(1.0 - abs(b), a), math.copysign(1.0 - abs(a), b)
+    return Vector((a, b, z)).normalized()
+
+
+def solid_angle(texel: int, size: int) -> float:
+    """Return the solid angle of a texel of an octahedral map [sr]."""
+    return 1.0 / _density(texel_direction(texel, size), size)
+
+
+def _density(direction: Vector, size: int) -> float:
+    """Return how many texels of an octahedral map there are around a unit vector [1/sr]."""
+    return size * size / 4.0 / sum(map(abs, direction)) ** 3
+
+
+def _texel(direction: Vector, size: int) -> int:
+    """Return the texel of an octahedral map that a direction is in."""
+    a, b = (coordinate / sum(map(abs, direction)) for coordinate in direction[:2])
+    if direction.z < 0.0:
+        a, b = math.copysign(1.0 - abs(b), a), math.copysign(1.0 - abs(a), b)
+    column, row = (min(int((place + 1.0) / 2.0 * size), size - 1) for place in (a, b))
+    return size * row + column
+
+
+def _placed(sizes: Sequence[int]) -> tuple[list[Tile], tuple[int, int]]:
+    """Return tiles of these sizes with borders around them, and the size of the texture: the largest on the left, others beside."""
+    first = sizes.index(max(sizes))
+    left, y, tiles = max(sizes) + 2, 0, []
+    for index, size in enumerate(sizes):
+        if index == first:
+            tiles.append(Tile(1, 1, size))
+        else:
+            tiles.append(Tile(left + 1, y + 1, size))
+            y += size + 2
+    others = [size for index, size in enumerate(sizes) if index != first]
+    return tiles, (left + (max(others) + 2 if others else 0), max(left, y))
+
+
+def _tile_block(tiles: Sequence[Tile], last: int) -> gpu.types.GPUUniformBuf:
+    """Return the struct WorldTiles of program.py; `last`: the number of the last level of its maps."""
+    rows = [(*tile, last) for tile in tiles]
+    return uniform_buffer(b"".join(struct.pack("4f", *row) for row in rows).ljust(16 * MAX_TILES, b"\0"))
+
+
+def _floats(texture: gpu.types.GPUTexture) -> array[float]:
+    """Return the texels of a texture of 32-bit floats."""
+    pixels = texture.read()
+    pixels.dimensions = 4 * texture.width * texture.height
+    return array("f", pixels)
