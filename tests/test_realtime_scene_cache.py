@@ -869,5 +869,7 @@ def test_world_of_an_unknown_node_is_said_and_drawn_in_its_own_value(blend: str,
     cache = scene_cache.SceneCache()
     cache.update(bpy.context.evaluated_depsgraph_get())
     assert cache.world == (0.5, 1.0, 2.0)
-    what = f"the output {output} of the node {made.bl_label} ({made.name}) is not drawn, the {socket} of the node Background itself is"
+    what = (
+        f"the output {output} of the node {made.bl_label} ({made.name}) is not drawn, the {socket} of the node Background itself is"
+    )
     assert list(map(str, cache.warnings)) == [f"World: {what}"]

@@ -57,12 +57,12 @@ def compile_program(program: Program) -> gpu.types.GPUShader:
 
 
 @cache
-def compiled(make: Callable[..., Program], *arguments: Variant | Inputs | str) -> gpu.types.GPUShader:
+def compiled(make: Callable[..., Program], *arguments: Variant | Inputs | str | bool) -> gpu.types.GPUShader:
     """Return the shader of the program that `make` returns, compiled once. Raises DriverError."""
     return compile_program(make(*arguments))
 
 
-def bound(make: Callable[..., Program], *arguments: Variant | Inputs | str) -> gpu.types.GPUShader:
+def bound(make: Callable[..., Program], *arguments: Variant | Inputs | str | bool) -> gpu.types.GPUShader:
     """Return the shader `compiled` from what `make` returns, as the one that draws from here on."""
     shader = compiled(make, *arguments)
     shader.bind()

@@ -13,8 +13,8 @@ from mathutils import Matrix
 from ..blender import engines
 from . import not_drawn
 from .driver import DriverError, Rgba, forget_shaders
-from .lens import read_lens
 from .expressions import Code
+from .lens import read_lens
 from .renderer import Renderer
 from .scene_cache import SceneCache
 from .view import View, distances_of, eye_of

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A world's node tree as radiance by direction: expressions of `position`, which is the unit vector towards what is seen."""
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import bpy
 
@@ -18,13 +20,16 @@ from ..material.expression import (
     Expression,
     ImageTexture,
     NormalMap,
+    SkyTexture,
     UvMap,
     apply,
     as_kind,
+    compute,
     curve,
     triple,
 )
 from ..material.links import Place, is_nothing, source
+from ..material.operations import Triple
 from ..material.read_nodes import NodeReader, UnsupportedInput
 from ..material.surface import Rgb
 from .expressions import Code, NotDrawn, Writer
@@ -49,17 +54,27 @@ type Radiance = Rgb | Code
 """One color [W/(m^2 sr)], or GLSL of it by direction."""
 
 
+class WorldSun(NamedTuple):
+    """A sun: the unit vector towards it, its irradiance on a plane that faces it [W/m^2], and half the angle across it [rad]."""
+
+    direction: Triple
+    irradiance: Rgb
+    half_angle: float
+
+
 @dataclass(frozen=True)
 class World:
-    """The radiance that the camera sees, and that of diffuse and of glossy reflection.
+    """The radiance that the camera sees, and that of diffuse and of glossy reflection; the last two without the known `suns`.
 
-    What is brighter than `sun_threshold` [W/(m^2 sr)] in any channel becomes suns, nothing where that is 0, and they cast shadows
-    if `has_shadows`. `resolution`: across the map that glossy surfaces reflect [texels]. `images` are Blender's by full name.
+    What is brighter than `sun_threshold` [W/(m^2 sr)] in any channel becomes suns, too, nothing where that is 0, and all cast
+    shadows if `has_shadows`. `resolution`: across the map that glossy surfaces reflect [texels]. `images` are Blender's by full
+    name.
     """
 
     camera: Radiance
     diffuse: Radiance
     glossy: Radiance
+    suns: tuple[WorldSun, ...] = ()
     sun_threshold: float = 0.0
     has_shadows: bool = True
     resolution: int = 1024
@@ -97,14 +112,19 @@ def read_world(world: bpy.types.World | None, depsgraph: bpy.types.Depsgraph, ma
         color = tuple(world.color)
         return Reading(World(color, color, color))
     reader = _WorldReader(world, depsgraph)
-    made = {}
+    made: dict[str, Radiance] = {}
+    suns: tuple[WorldSun, ...] = ()
     for ray, light_path in RAYS.items():
         reader.begin(light_path)
         is_visible = getattr(world.cycles_visibility, ray) if hasattr(world, "cycles_visibility") else True
         expression = reader.radiance(Place(output.inputs["Surface"])) if is_visible else BLACK
+        if ray != "camera":
+            expression, found = without_suns(expression)
+            suns = tuple(found) if ray == "diffuse" else suns
         made[ray] = reader.written(expression, max_images)
     threshold, resolution = world.sun_threshold, int(world.probe_resolution)
-    read = World(**made, sun_threshold=threshold, has_shadows=world.use_sun_shadow, resolution=resolution, images=reader.images)
+    has_shadows = world.use_sun_shadow
+    read = World(**made, suns=suns, sun_threshold=threshold, has_shadows=has_shadows, resolution=resolution, images=reader.images)
     return Reading(read, list(dict.fromkeys(reader.said)), reader.follows_object)
 
 
@@ -187,6 +207,8 @@ class _WorldReader:
                     return curve(one.points, of(one.argument), one.is_stepped, one.is_extended, one.label)
                 case ImageTexture():
                     return replace(one, coordinates=of(one.coordinates))
+                case SkyTexture():
+                    return replace(one, direction=of(one.direction))
                 case NormalMap() | Bump():
                     raise UnsupportedInput(label, f"the node {'Bump' if isinstance(one, Bump) else 'Normal Map'} in a world")
             return one
@@ -206,6 +228,24 @@ class _WorldReader:
 
     def _say(self, what: str) -> None:
         self.said.append(Omission("WORLD", what, self._name))
+
+
+def without_suns(expression: Expression) -> tuple[Expression, list[WorldSun]]:
+    """Return an expression without the suns of its skies, and these; of a sky that is more than scaled and added they stay."""
+    match expression:
+        case SkyTexture(sky, direction) if direction == DIRECTION and (sun := sky.sun()):
+            size = 2.0 * math.pi * (1.0 - math.cos(sun.diameter / 2.0))  # sr
+            red, green, blue = (size * value for value in sun.radiance)
+            rest = replace(expression, sky=replace(sky, disc=None))
+            return rest, [WorldSun(sun.direction, (red, green, blue), sun.diameter / 2.0)]
+        case Apply("multiply", (first, Constant(factor))):
+            rest, suns = without_suns(first)
+            scaled = [sun._replace(irradiance=triple(compute("multiply", sun.irradiance, factor))) for sun in suns]
+            return apply("multiply", rest, factor, label=expression.label), scaled
+        case Apply("add", (first, second)):
+            (rest, suns), (other, more) = without_suns(first), without_suns(second)
+            return apply("add", rest, other, label=expression.label), suns + more
+    return expression, []
 
 
 def transformed(matrix: Matrix, point: Expression) -> Expression:

@@ -10,13 +10,15 @@ import math
 import random
 import struct
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import gpu
 from mathutils import Vector
 
 from ..blender.glsl import triangle
+from ..material.expression import Image
+from ..material.sky import Atmosphere
 from ..models.color import LUMINANCE
 from ..models.vector import Vector as Triple
 from .driver import PROGRAM_LOCK, bound, missing_image, uniform_buffer
@@ -28,6 +30,7 @@ from .program import (
     MAX_TILES,
     MAX_WORLD_SUNS,
     Inputs,
+    Program,
     world_background_program,
     world_glossy_program,
     world_irradiance_program,
@@ -36,8 +39,9 @@ from .program import (
     world_remaining_program,
     world_suns_program,
 )
+from .sky import sky_map
 from .view import View
-from .world import World
+from .world import Radiance, World, WorldSun
 
 MATTE_SIZE = 256  # texels across the map where nothing reflects it sharply
 SIZES = (128, 2048)  # the least and the most
@@ -48,6 +52,11 @@ CAP = math.radians(10.0)  # how far around its brightest block a sun reaches
 FLAT = 0.8 * CAP  # the half angle from which on it is no sun
 FAINTEST = 0.02  # the part of the brightest sun's luminance that the others have at least
 BRIGHT = 10.0  # [W/(m^2 sr)] from which on all of a texel is looked at closely where no suns are made
+
+
+NO_CAP = (0.0, 0.0, 0.0, 2.0)
+
+type Cap = tuple[float, float, float, float]
 
 
 class Tile(NamedTuple):
@@ -73,9 +82,10 @@ class WorldMaps:
         self.suns: tuple[Light, ...] = ()
         self.warnings: list[Omission] = []
         self._made_of: object = None
-        self._textures: dict[str, gpu.types.GPUTexture] = {}  # of the images, by full name
+        self._textures: dict[Image | Atmosphere, gpu.types.GPUTexture] = {}
         self._values: dict[Code, gpu.types.GPUUniformBuf] = {}
         self._triangle = triangle()
+        self._caps: list[Cap] = []  # of the suns that were found
         self._directions: _Directions | None = None
 
     def refresh(self, world: World, has_glossy: bool) -> bool:
@@ -84,13 +94,14 @@ class WorldMaps:
         The maps for glossy reflection are made if `has_glossy`: some material in the scene reflects them.
         """
         self.warnings = []
-        textures = {image.name: self._texture(world, image.name) for code in world.codes for image in code.images}
+        textures = {image: self._texture(world, image) for code in world.codes for image in code.images}
         made_of = world, has_glossy, textures
         if made_of == self._made_of:
             return False
         self._made_of, self._textures = made_of, textures
         self._values = {code: uniform_buffer(values_to_bytes(code)) for code in world.codes}
-        self.suns, self._directions = (), None
+        self.suns = tuple(sun_light(sun, world.has_shadows) for sun in world.suns)
+        self._caps, self._directions = [], None
         if not world.is_even:
             with PROGRAM_LOCK:
                 gpu.state.depth_test_set("NONE")
@@ -122,9 +133,11 @@ class WorldMaps:
             self._directions = _Directions(self._smooth)
         return list(self._directions.draw(count, sample, uniform))
 
-    def _texture(self, world: World, name: str) -> gpu.types.GPUTexture:
-        """Return an image on the driver, or one pixel where it is missing, as in Blender, or too large."""
-        image = world.images.get(name)
+    def _texture(self, world: World, read: Image | Atmosphere) -> gpu.types.GPUTexture:
+        """Return a sky's map or an image on the driver, or one pixel where it is missing, as in Blender, or too large."""
+        if isinstance(read, Atmosphere):
+            return sky_map(read)
+        name, image = read.name, world.images.get(read.name)
         if image is None or (not image.has_data and not image.size[0]):
             self.warnings.append(Omission("IMAGE_DATA", "the image cannot be read", name))
             return missing_image()
@@ -138,7 +151,7 @@ class WorldMaps:
     def _give_code(self, shader: gpu.types.GPUShader, code: Code) -> None:
         for name, give, value in (
             ("material", shader.uniform_block, self._values[code]),
-            *((f"image_{k}", shader.uniform_sampler, self._textures[image.name]) for k, image in enumerate(code.images)),
+            *((f"image_{k}", shader.uniform_sampler, self._textures[image]) for k, image in enumerate(code.images)),
         ):
             try:
                 give(name, value)
@@ -174,10 +187,10 @@ class WorldMaps:
                 alpha = 4.0 / size * 2.0**level
                 self._fill(self._map, world_glossy_program, tiles[2 + level], world_map=pyramid, alpha=alpha, world_tiles=block)
 
-    def _rest(self, world: World, radiance: object, size: int, *, finds_suns: bool) -> gpu.types.GPUTexture:
+    def _rest(self, world: World, radiance: Radiance, size: int, *, finds_suns: bool) -> gpu.types.GPUTexture:
         """Return the map of a radiance without the suns, which are found in it or known already."""
         maps = [gpu.types.GPUTexture((size, size), format="RGBA32F") for _ in range(3)]
-        if not isinstance(radiance, Code):
+        if isinstance(radiance, tuple):
             maps[0].clear(format="FLOAT", value=(*radiance, 1.0))
             return maps[0]
         width = max((image.size[0] for image in world.images.values()), default=0) or 1024
@@ -195,7 +208,7 @@ class WorldMaps:
         block = size // SUN_GRID
         if finds_suns:
             self._caps = self._found_suns(maps[1], maps[2], block, world.has_shadows)
-        if not self.suns:
+        if not self._caps:
             return maps[0]
         rest = gpu.types.GPUTexture((size, size), format="RGBA32F")
         with gpu.types.GPUFrameBuffer(color_slots=rest).bind():
@@ -203,15 +216,14 @@ class WorldMaps:
             shader.uniform_sampler("radiance_map", maps[0])
             shader.uniform_sampler("excess_map", maps[1])
             shader.uniform_int("block", block)
-            caps = uniform_buffer(struct.pack(f"{4 * MAX_WORLD_SUNS}f", *itertools.chain.from_iterable(self._caps)))
+            none = [NO_CAP] * (MAX_WORLD_SUNS - len(self._caps))
+            caps = uniform_buffer(struct.pack(f"{4 * MAX_WORLD_SUNS}f", *itertools.chain.from_iterable(self._caps + none)))
             shader.uniform_block("caps", caps)
             self._triangle.draw(shader)
         return rest
 
-    def _found_suns(
-        self, excess: gpu.types.GPUTexture, moment: gpu.types.GPUTexture, block: int, has_shadows: bool
-    ) -> list[tuple[float, float, float, float]]:
-        """Keep the suns of a map; return where they are: the direction of each and the cosine of how far it reaches, or 2."""
+    def _found_suns(self, excess: gpu.types.GPUTexture, moment: gpu.types.GPUTexture, block: int, has_shadows: bool) -> list[Cap]:
+        """Keep the suns of a map; return where they are: the direction of each and the cosine of how far it reaches."""
         sums = [gpu.types.GPUTexture((SUN_GRID, SUN_GRID), format="RGBA32F") for _ in range(2)]
         with gpu.types.GPUFrameBuffer(color_slots=sums).bind():
             shader = bound(world_suns_program)
@@ -221,8 +233,8 @@ class WorldMaps:
             self._triangle.draw(shader)
         powers, moments = (_floats(texture) for texture in sums)
         bright = {k: moments[4 * k + 3] for k in range(SUN_GRID * SUN_GRID) if moments[4 * k + 3] > 0.0}
-        found, caps, first = [], [], 0.0
-        while bright and len(found) < MAX_WORLD_SUNS:
+        caps, first = [], 0.0
+        while bright and len(caps) < MAX_WORLD_SUNS:
             brightest = texel_direction(max(bright, key=lambda k: bright[k]), SUN_GRID)
             inside = [k for k in bright if texel_direction(k, SUN_GRID).dot(brightest) >= math.cos(CAP)]
             luminance = math.fsum(bright.pop(k) for k in inside)
@@ -233,10 +245,9 @@ class WorldMaps:
                 continue
             first = first or luminance
             red, green, blue = (math.fsum(powers[4 * k + channel] for k in inside) for channel in range(3))
-            found.append(sun_light(tuple(toward.normalized()), (red, green, blue), half_angle, has_shadows))
+            self.suns += (sun_light(WorldSun(tuple(toward.normalized()), (red, green, blue), half_angle), has_shadows),)
             caps.append((*brightest, math.cos(CAP)))
-        self.suns = tuple(found)
-        return caps + [(0.0, 0.0, 0.0, 2.0)] * (MAX_WORLD_SUNS - len(caps))
+        return caps
 
     def _pyramid(self, radiance: gpu.types.GPUTexture, sizes: Sequence[int]) -> tuple[gpu.types.GPUTexture, list[Tile]]:
         """Return a map in smaller sizes, as one texture."""
@@ -247,7 +258,7 @@ class WorldMaps:
             self._fill(made, world_reduce_program, tile, radiance_map=radiance)
         return made, tiles
 
-    def _fill(self, target: gpu.types.GPUTexture, make: object, tile: Tile, **given: object) -> None:
+    def _fill(self, target: gpu.types.GPUTexture, make: Callable[[], Program], tile: Tile, **given: object) -> None:
         """Draw a tile of `target` and its border by the program that `make` returns, which reads what is `given`."""
         buffer = gpu.types.GPUFrameBuffer(color_slots=target)
         with buffer.bind():
@@ -272,7 +283,7 @@ class _Directions:
         texels = _floats(texture)
         size, across = SMALLEST_TILE, SMALLEST_TILE + 2
         starts = [4 * (across * (y + 1) + x + 1) for y in range(size) for x in range(size)]
-        self._radiance = [tuple(texels[start : start + 3]) for start in starts]
+        self._radiance = [(texels[start], texels[start + 1], texels[start + 2]) for start in starts]
         lights = (math.fsum(a * b for a, b in zip(color, LUMINANCE, strict=True)) for color in self._radiance)
         self._sums = list(itertools.accumulate(light * solid_angle(k, size) for k, light in enumerate(lights)))
 
@@ -299,10 +310,10 @@ class _Directions:
             yield Sample(tuple(direction), self._radiance[texel], density)
 
 
-def sun_light(direction: Triple, irradiance: Triple, half_angle: float, casts_shadow: bool) -> Light:
-    """Return a sun [W/m^2 on a plane that faces it] in a unit `direction`."""
+def sun_light(sun: WorldSun, casts_shadow: bool) -> Light:
+    """Return a world's sun as a light."""
     none = (0.0, 0.0, 0.0)
-    return Light("SUN", none, direction, irradiance, 0.0, 0.0, none, none, casts_shadow, half_angle)
+    return Light("SUN", none, sun.direction, sun.irradiance, 0.0, 0.0, none, none, casts_shadow, sun.half_angle)
 
 
 def texel_direction(texel: int, size: int, x: float = 0.5, y: float = 0.5) -> Vector:

@@ -23,8 +23,9 @@ from true_diffuse.addon.models import MODELS, Specular
 from true_diffuse.addon.realtime.driver import TRANSPARENT
 from true_diffuse.addon.realtime.materials import RenderMaterial, plain_material, surface_material
 from true_diffuse.addon.realtime.renderer import Renderer
-from true_diffuse.addon.realtime.scene_cache import BLACK, SceneCache
+from true_diffuse.addon.realtime.scene_cache import SceneCache
 from true_diffuse.addon.realtime.view import View
+from true_diffuse.addon.realtime.world import NO_WORLD
 from true_diffuse.scenes import five_characters
 from true_diffuse.scripts.studies.cost import in_turns
 from true_diffuse.scripts.studies.formulations import FORMS, glsl_form
@@ -107,8 +108,8 @@ class Characters:
         if setting.lights:
             key = self._cache.lights[0]
             towards = [tuple(Vector(one).normalized()) for one in SUNS[: setting.lights]]
-            self._cache.lights = [replace(key, axis=one, casts_shadow=False, size=0.0) for one in towards]
-            self._cache.world = BLACK
+            self._cache.own_lights = [replace(key, axis=one, casts_shadow=False, size=0.0) for one in towards]
+            self._cache.environment = NO_WORLD
             self._cache.version += 1
         triangles = sum(part.mesh.triangles * len(group) for part, group in self._cache.groups.items())
         return {"width": self._view.width, "height": self._view.height, "triangles": triangles}
