@@ -21,10 +21,19 @@
 // glass over specular over subsurface scattering and the model.
 
 #ifdef SHADOWS
+// Returns 1 for each texel around the corner `between` four of the shadow map that has nothing before `depth`, else 0.
+vec4 is_lit(vec2 between, float depth)
+{
+    return step(depth, textureGather(shadow_map, between / vec2(textureSize(shadow_map, 0))));
+}
+
 // Returns the fraction of a light that reaches the point: percentage-closer filtering of the 3x3 texels around it. l: towards the light.
 // The texture `shadow_tiles` has five texels for each tile: the columns of its matrix, and x, y, size and texel.
 float light_visibility(Light light, vec3 position, vec3 n, vec3 l)
 {
+    if (dot(n, l) <= 0.0) {
+        return 0.0; // the surface's own shadow
+    }
     int first = int(light.x_axis.w), count = int(light.y_axis.w);
     for (int row = first; row < first + count; row++) {
         mat4 matrix = mat4(texelFetch(shadow_tiles, ivec2(0, row), 0), texelFetch(shadow_tiles, ivec2(1, row), 0),
@@ -41,18 +50,14 @@ float light_visibility(Light light, vec3 position, vec3 n, vec3 l)
         }
         float depth = axis == vec3(0.0) ? point.z : clip.w; // as in shadow_fragment.glsl
         vec2 texels = (point.xy * 0.5 + 0.5) * tile.z - 0.5;
-        ivec2 corner = ivec2(floor(texels));
-        vec2 rest = texels - vec2(corner);
-        ivec2 low = ivec2(tile.xy), high = ivec2(tile.xy + tile.z) - 1;
-        float visibility = 0.0;
-        for (int x = -1; x <= 2; x++) {
-            for (int y = -1; y <= 2; y++) {
-                // a box of 3x3 texels around the point weighs the four by four that it touches
-                vec2 weight = vec2(x == -1 ? 1.0 - rest.x : x == 2 ? rest.x : 1.0, y == -1 ? 1.0 - rest.y : y == 2 ? rest.y : 1.0);
-                float nearest = texelFetch(shadow_map, clamp(low + corner + ivec2(x, y), low, high), 0).x;
-                visibility += weight.x * weight.y * (depth <= nearest ? 1.0 : 0.0);
-            }
-        }
+        vec2 corner = clamp(floor(texels), vec2(1.0), vec2(tile.z - 3.0)), rest = clamp(texels - corner, 0.0, 1.0);
+        vec2 middle = tile.xy + corner; // between the first two texels in either direction
+        // A box of 3x3 texels around the point weighs the four by four that it touches; a gather's four have (0, 1), (1, 1), (1, 0), (0, 0).
+        vec4 weight = vec4(1.0 - rest, rest);
+        float visibility = dot(is_lit(middle, depth), vec4(weight.x, 1.0, weight.y, weight.x * weight.y));
+        visibility += dot(is_lit(middle + vec2(2.0, 0.0), depth), vec4(1.0, weight.z, weight.z * weight.y, weight.y));
+        visibility += dot(is_lit(middle + vec2(0.0, 2.0), depth), vec4(weight.x * weight.w, weight.w, 1.0, weight.x));
+        visibility += dot(is_lit(middle + 2.0, depth), vec4(weight.w, weight.z * weight.w, weight.z, 1.0));
         return visibility / 9.0;
     }
     return 1.0; // nothing that casts shadows is there
