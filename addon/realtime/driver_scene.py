@@ -2,13 +2,14 @@
 """A scene on the graphics driver: where its objects are, the numbers and images of its materials, and how each part is drawn."""
 
 from array import array
+from collections.abc import Callable
 from contextlib import suppress
 from itertools import accumulate
 
 import gpu
 
 from ..material.sky import Atmosphere
-from .driver import missing_image, uniform_buffer
+from .driver import TRANSPARENT, missing_image, uniform_buffer, use_depth_test
 from .expressions import Code, Image
 from .materials import RenderMaterial, values_to_bytes
 from .not_drawn import Omission
@@ -17,6 +18,7 @@ from .program import Variant
 from .scene_bounds import SceneBounds
 from .scene_cache import SceneCache
 from .sky import sky_map
+from .view import View
 from .world_maps import WorldMaps
 
 OBJECTS_ACROSS = 256  # in a row of the texture of matrices, as in shaders/realtime/objects.glsl
@@ -82,6 +84,21 @@ class DriverScene:
         draws = ((cache.variant(material, is_holdout), material, parts) for (material, is_holdout), parts in drawn.items())
         self.draws = sorted(draws, key=lambda draw: (draw[0].model.stem, draw[0].inputs.text))
         return True
+
+    def draw_surfaces(
+        self, buffer: gpu.types.GPUFrameBuffer, view: View, sample: int, shader_of: Callable[[Variant], gpu.types.GPUShader]
+    ) -> None:
+        """Draw the nearest surface of every pixel of a sample of `view` into the bound `buffer`, by the shaders of `shader_of`."""
+        view_block = uniform_buffer(view.to_bytes(self.cache.world, sample))
+        use_depth_test()
+        buffer.clear(color=TRANSPARENT, depth=1.0)
+        gpu.state.front_facing_set(view.is_mirrored)  # a mirrored view reverses the winding of front faces
+        for variant, material, parts in self.draws:
+            shader = shader_of(variant)
+            self.give_inputs(shader, view_block, material.code)
+            for part in parts:
+                self.draw_part(shader, part)
+        gpu.state.front_facing_set(False)
 
     def draw_part(self, shader: gpu.types.GPUShader, part: Part) -> None:
         """Draw the objects that show a part, in one call."""

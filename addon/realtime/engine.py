@@ -38,9 +38,13 @@ class TrueDiffuseRealtime(bpy.types.RenderEngine):
 
     def update_render_passes(self, scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> None:
         """Tell the compositor which passes a view layer has."""
+        from .passes import asked
+
         self.register_pass(scene, layer, "Combined", 4, "RGBA", "COLOR")
         if layer.use_pass_z:
             self.register_pass(scene, layer, "Depth", 1, "Z", "VALUE")
+        for data in asked(layer):
+            self.register_pass(scene, layer, data.name, len(data.channels), data.channels, data.kind)
 
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what changed in the scene."""

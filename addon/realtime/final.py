@@ -15,6 +15,7 @@ from . import not_drawn
 from .driver import DriverError, Rgba, forget_shaders
 from .expressions import Code
 from .lens import read_lens
+from .passes import asked
 from .renderer import Renderer
 from .scene_cache import SceneCache
 from .view import View, distances_of, eye_of
@@ -90,13 +91,17 @@ def _render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> N
     has_depth = depsgraph.view_layer.use_pass_z or has_strokes
     if has_depth:
         engine.add_pass(DEPTH, 1, "Z", layer=layer)
+    for data in asked(depsgraph.view_layer):
+        engine.add_pass(data.name, len(data.channels), data.channels, layer=layer)
     for index, (name, view) in enumerate(views):
         renderer.begin(view)
+        data_passes = renderer.data_passes(depsgraph, view)
         for sample in range(samples):
             if engine.test_break():
                 return
             engine.update_stats("", f"Sample {sample + 1} of {samples}")
             renderer.add(view, sample, scene.render.filter_size, background(scene, cache))
+            data_passes.add(view.at_sample(sample, scene.render.filter_size), sample)
             if not sample and has_depth:  # of the pixels' centers
                 distances = renderer.read_distances(view)
             engine.update_progress((index * samples + sample + 1) / (len(views) * samples))
@@ -106,6 +111,8 @@ def _render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> N
         passes["Combined"].rect.foreach_set(pixels)
         if has_depth:
             passes[DEPTH].rect.foreach_set(distances)
+        for data, values in data_passes.read():
+            passes[data.name].rect.foreach_set(values)
         engine.end_result(result)
 
 

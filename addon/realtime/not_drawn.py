@@ -7,9 +7,11 @@ from typing import NamedTuple
 import bpy
 
 from ..blender.wording import listed
+from .passes import DATA_PASSES
 
 FILTERS = {"use_sky": "Environment", "use_solid": "Surfaces"}  # of view layers: what a layer may leave out
 PASSES = {"use_pass_combined", "use_pass_z", "use_pass_grease_pencil", "use_pass_cryptomatte_accurate"}  # rendered, or no pass
+PASSES |= {data.setting for data in DATA_PASSES}
 NAMES = 20  # of one group that the panel and reports list
 
 _omissions: dict[int, tuple["Omission", ...]] = {}  # by the session_uid of the scene

@@ -10,6 +10,7 @@ import bpy
 from ..blender.object_types import WITH_FACES
 from . import not_drawn
 from .engine import IDENTIFIER
+from .passes import DATA_PASSES
 
 GENERIC = "BLENDER_RENDER"  # in COMPAT_ENGINES of panels for any engine
 IGNORED = (  # patterns of generic panels whose settings the engine does not follow, or for which it has panels of its own
@@ -191,7 +192,10 @@ class TRUE_DIFFUSE_PT_passes(EnginePanel, bpy.types.Panel):
         column = layout.column()
         column.prop(context.view_layer, "use_pass_combined")
         column.prop(context.view_layer, "use_pass_z")
+        for data in DATA_PASSES:
+            column.prop(context.view_layer, data.setting)
         column.prop(context.view_layer, "use_pass_grease_pencil", text="Grease Pencil")
+        column.prop(context.view_layer, "pass_alpha_threshold")
 
 
 class LightPanel(EnginePanel):
@@ -263,7 +267,9 @@ class TRUE_DIFFUSE_PT_material_settings(EnginePanel, bpy.types.Panel):
         return super().poll(context) and context.material is not None and not context.material.grease_pencil
 
     def draw(self, context: bpy.types.Context) -> None:
-        split(self.layout).prop(context.material, "use_backface_culling")
+        column = split(self.layout).column()
+        column.prop(context.material, "use_backface_culling")
+        column.prop(context.material, "pass_index")
 
 
 PANELS = (

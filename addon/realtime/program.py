@@ -72,11 +72,27 @@ class Inputs:
 
 
 @dataclass(frozen=True)
+class Data:
+    """What a shader writes of a surface in place of its light: `value`, in GLSL.
+
+    A surface is there if its opacity is at least `threshold`; None: by chance, as samples of the light see through it.
+    """
+
+    value: str
+    threshold: float | None
+
+    @property
+    def has_number(self) -> bool:
+        """Whether it reads a number of each object, from the texture `numbers`."""
+        return "numbers" in self.value
+
+
+@dataclass(frozen=True)
 class Variant:
     """What determines a surface shader.
 
     `features` are the material's. `subsurface_in_scene`: some material has subsurface scattering, so that all shaders write the
-    outputs that the gather pass reads.
+    outputs that the gather pass reads. `data` is what it writes in place of light.
     """
 
     model: GlslModel
@@ -84,6 +100,7 @@ class Variant:
     features: frozenset[str]
     subsurface_in_scene: bool
     lighting: Lighting
+    data: Data | None = None
 
 
 @dataclass(frozen=True)
@@ -132,6 +149,10 @@ def surface_program(variant: Variant) -> Program:
     ):
         if is_used:
             definitions.append(name)
+    if variant.data:
+        definitions.append(f"DATA {variant.data.value}")
+        if variant.data.threshold is not None:
+            definitions.append(f"THRESHOLD {variant.data.threshold}")
     # one type of light needs no branch
     light_type = next(iter(lighting.types)) if len(lighting.types) == 1 else "light.position.w"
     definitions += [
@@ -157,8 +178,9 @@ def surface_program(variant: Variant) -> Program:
         "surface_fragment",
         samplers=(dict.fromkeys(SHADOW_TEXTURES, "FLOAT_2D") if lighting.shadows else {})
         | ({"specular_table": "FLOAT_2D"} if has_table else {})
-        | ({"world_map": "FLOAT_2D"} if lighting.world_map else {}),
-        blocks={"lights": "Lights"} | ({"world_tiles": "WorldTiles"} if lighting.world_map else {}),
+        | ({"world_map": "FLOAT_2D"} if lighting.world_map else {})
+        | ({"numbers": "FLOAT_2D"} if variant.data and variant.data.has_number else {}),
+        blocks=({} if variant.data else {"lights": "Lights"}) | ({"world_tiles": "WorldTiles"} if lighting.world_map else {}),
         outputs=surface_outputs(variant.subsurface_in_scene),
         declarations=f"struct Light {{{members}}};\n",
     )

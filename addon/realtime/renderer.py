@@ -4,16 +4,20 @@
 import struct
 from collections.abc import Iterator
 
+import bpy
+
 import gpu
 
 from ..blender.glsl import triangle
-from .driver import PROGRAM_LOCK, TRANSPARENT, DriverError, Rgba, bound, compiled, specular_table, uniform_buffer, use_depth_test
+from .data_passes import DataPasses
+from .driver import PROGRAM_LOCK, TRANSPARENT, DriverError, Rgba, bound, compiled, specular_table, uniform_buffer
 from .driver_scene import DriverScene
 from .expressions import Code
 from .materials import HOLDOUT
 from .not_drawn import Omission
 from .program import (
     GATHER_MAPS,
+    Variant,
     accumulate_program,
     depth_program,
     reads_table,
@@ -108,6 +112,10 @@ class Renderer:
             self._accumulate(self._targets, TRANSPARENT if isinstance(background, Code) else background)
         self._samples += 1
 
+    def data_passes(self, depsgraph: bpy.types.Depsgraph, view: View) -> DataPasses:
+        """Return the passes that the view layer of `depsgraph` asks for of a picture of `view`. Raises DriverError."""
+        return DataPasses(self._scene, depsgraph, view.width, view.height)
+
     def show(self, x: int = 0, y: int = 0) -> None:
         """Draw the picture so far into the bound framebuffer, whose viewport has its size and its corner at `x`, `y` [pixels]."""
         with PROGRAM_LOCK:
@@ -153,23 +161,19 @@ class Renderer:
 
     def _draw_surfaces(self, targets: RenderTargets, view: View, sample: int, background: Code | None) -> None:
         """Draw the nearest surface of every pixel, and the world in those without one."""
-        view_block = uniform_buffer(view.to_bytes(self.cache.world, sample))
+
+        def shader(variant: Variant) -> gpu.types.GPUShader:
+            found = bound(surface_program, variant)
+            if HOLDOUT not in variant.features:
+                if variant.lighting.world_map:
+                    self._scene.world.give(found)
+                self._shadow_maps.give(found, variant.lighting)
+                if reads_table(variant.features):
+                    found.uniform_sampler("specular_table", specular_table())
+            return found
+
         with targets.surface_buffer.bind():
-            use_depth_test()
-            targets.surface_buffer.clear(color=TRANSPARENT, depth=1.0)
-            gpu.state.front_facing_set(view.is_mirrored)  # a mirrored view reverses the winding of front faces
-            for variant, material, parts in self._scene.draws:
-                shader = bound(surface_program, variant)
-                self._scene.give_inputs(shader, view_block, material.code)
-                if HOLDOUT not in variant.features:
-                    if variant.lighting.world_map:
-                        self._scene.world.give(shader)
-                    self._shadow_maps.give(shader, variant.lighting)
-                    if reads_table(variant.features):
-                        shader.uniform_sampler("specular_table", specular_table())
-                for part in parts:
-                    self._scene.draw_part(shader, part)
-            gpu.state.front_facing_set(False)
+            self._scene.draw_surfaces(targets.surface_buffer, view, sample, shader)
             if background is not None:
                 self._scene.world.draw_background(background, view, targets.subsurface)
             gpu.state.depth_test_set("NONE")

@@ -15,6 +15,8 @@
 //     CULLED                          the back is not drawn
 //     HOLDOUT                         a hole in the picture is drawn in the place of the surface
 //     SPECULAR_TABLE                  a layer reads the table of specular albedos
+//     DATA                            what is written of the surface in place of its light, in a pass
+//     THRESHOLD                       the least opacity of a surface in such a pass
 //     SUBSURFACE_IN_SCENE             some material scatters light below its surface, so that all write the outputs that
 //                                     subsurface_gather.glsl reads
 // The layers are those of Cycles' Principled BSDF (intern/cycles/kernel/svm/closure.h): sheen over coat over emission over metal over
@@ -206,9 +208,15 @@ void main()
     const float opacity = 1.0;
 #endif
 #if defined(OPACITY) || defined(TRANSMISSION)
+#ifdef THRESHOLD
+    if (opacity < THRESHOLD) {
+        discard;
+    }
+#else
     if (is_seen_through(opacity * (1.0 - see_through))) {
         discard;
     }
+#endif
     float shown = 1.0 / max(1.0 - see_through, 1e-3); // what is shown stands for the samples that see through the glass, too
     radiance *= shown;
 #else
@@ -237,6 +245,9 @@ void main()
 #endif
     weight *= 1.0 - clamp(largest(specular_part / max(weight, 1e-6)), 0.0, 1.0);
 #endif
+#ifdef DATA
+    out_radiance = vec4(DATA, 1.0);
+#else
     SURFACE
     vec3 diffuse = vec3(0.0), glossy = vec3(0.0);
 #ifdef SUBSURFACE
@@ -353,4 +364,5 @@ void main()
     out_entering = out_distance = out_tint = vec4(0.0);
 #endif
     out_radiance = vec4(radiance + weight * diffuse + shown * glossy, 1.0);
+#endif
 }
