@@ -7,14 +7,14 @@ struct Air {
     vec4 extinction; // scattered and absorbed [1/km]
 };
 
-// Returns the air at a height above the ground. densities: of molecules, aerosols, ozone.
-Air air_at(float height, vec3 densities)
+// Returns the air at a height above the ground. parts: densities of molecules, aerosols and ozone, 1 where they are usual.
+Air air_at(float height, vec3 parts)
 {
     float logarithm = log(max(height, 1e-4)), away = logarithm - OZONE_LOG_HEIGHT;
-    float aerosol = densities.y * (exp(-height / AEROSOL_HEIGHT) + AEROSOL_BACKGROUND);
-    float ozone = densities.z * exp(-OZONE_SHARPNESS * away * away - logarithm);
+    float aerosol = parts.y * (exp(-height / AEROSOL_HEIGHT) + AEROSOL_BACKGROUND);
+    float ozone = parts.z * exp(-OZONE_SHARPNESS * away * away - logarithm);
     Air air;
-    air.molecular = MOLECULAR_SCATTERING * densities.x * exp(-MOLECULAR_DECAY * pow(max(height, 1e-6), MOLECULAR_EXPONENT));
+    air.molecular = MOLECULAR_SCATTERING * parts.x * exp(-MOLECULAR_DECAY * pow(max(height, 1e-6), MOLECULAR_EXPONENT));
     air.aerosol = AEROSOL_SCATTERING * aerosol;
     air.extinction = air.molecular + air.aerosol + AEROSOL_ABSORPTION * aerosol + OZONE_ABSORPTION * ozone;
     return air;

@@ -16,7 +16,7 @@ vec4 to_sun(float cosine, float height)
     return mix(below, above, rest.y);
 }
 
-// Returns what arrives from everywhere but the sun, of its irradiance: García Liñán's fit of what the air has scattered before, and
+// Returns what arrives from everywhere but the sun, of its irradiance: a fit of what the air has scattered before, and
 // light of the ground. part: the height as a part of the air's; radius: the distance from the center of the Earth.
 vec4 scattered_before(float cosine, float part, float radius)
 {
@@ -36,19 +36,19 @@ void main()
     float start = clamp(altitude, 0.001, 99.999), radius = EARTH_RADIUS + start, along = radius * view.z;
     float to_ground = start * (2.0 * EARTH_RADIUS + start), inside = along * along - to_ground;
     bool is_ground = along < 0.0 && inside >= 0.0;
-    float step = (is_ground ? to_ground / (sqrt(inside) - along) : way_out(start, view.z)) / float(SCATTERING_STEPS);
+    float stride = (is_ground ? to_ground / (sqrt(inside) - along) : way_out(start, view.z)) / float(SCATTERING_STEPS);
     float cosine = dot(view, sun), spread = 1.0 + AEROSOL_ANISOTROPY * AEROSOL_ANISOTROPY - 2.0 * AEROSOL_ANISOTROPY * cosine;
     float molecular_phase = 3.0 / (16.0 * PI) * (1.0 + cosine * cosine);
     float aerosol_phase = (1.0 - AEROSOL_ANISOTROPY * AEROSOL_ANISOTROPY) / (4.0 * PI * spread * sqrt(spread));
     vec4 arriving = vec4(0.0), transmitted = vec4(1.0);
     for (int k = 0; k < SCATTERING_STEPS; k++) {
-        float way = (float(k) + 0.5) * step, height = height_after(way, start, view.z), from_center = EARTH_RADIUS + height;
+        float way = (float(k) + 0.5) * stride, height = height_after(way, start, view.z), from_center = EARTH_RADIUS + height;
         float up = (radius * sun.z + way * cosine) / from_center; // cosine of the sun to the zenith
         float part = height / ATMOSPHERE_HEIGHT;
         Air air = air_at(height, densities);
         vec4 direct = to_sun(up, part), before = scattered_before(up, part, from_center);
         vec4 source = air.molecular * (molecular_phase * direct + before) + air.aerosol * (aerosol_phase * direct + before);
-        vec4 through = exp(-step * air.extinction);
+        vec4 through = exp(-stride * air.extinction);
         // S. Hillaire, "Physically Based Sky, Atmosphere and Cloud Rendering in Frostbite" (2016): the integral over an even step
         arriving += transmitted * source * (1.0 - through) / max(air.extinction, 1e-7);
         transmitted *= through;

@@ -49,7 +49,7 @@ void main()
     elevation = root < 0.0 ? 0.0 : elevation;
     vec3 view = vec3(cos(elevation) * cos(azimuth), cos(elevation) * sin(azimuth), sin(elevation));
     vec3 sun = vec3(cos(sun_elevation), 0.0, sin(sun_elevation));
-    float start = clamp(altitude * 1000.0, 1.0, 59999.0), step = way_out(start, view.z) / float(SINGLE_STEPS);
+    float start = clamp(altitude * 1000.0, 1.0, 59999.0), stride = way_out(start, view.z) / float(SINGLE_STEPS);
     float cosine = dot(view, sun), spread = 1.0 + MIE_ANISOTROPY * MIE_ANISOTROPY - 2.0 * MIE_ANISOTROPY * cosine;
     float rayleigh = 3.0 / (16.0 * PI) * (1.0 + cosine * cosine);
     float mie = 3.0 * (1.0 - MIE_ANISOTROPY * MIE_ANISOTROPY) * (1.0 + cosine * cosine)
@@ -57,9 +57,9 @@ void main()
     vec3 passed = vec3(0.0);
     result = vec4(0.0, 0.0, 0.0, 1.0);
     for (int k = 0; k < SINGLE_STEPS; k++) {
-        float way = (float(k) + 0.5) * step, height = heights_after(vec4(way), start, view.z).x;
+        float way = (float(k) + 0.5) * stride, height = heights_after(vec4(way), start, view.z).x;
         float up = ((SINGLE_EARTH_RADIUS + start) * sun.z + way * cosine) / (SINGLE_EARTH_RADIUS + height);
-        vec3 here = step * weighted_densities(vec4(height), vec4(1.0, 0.0, 0.0, 0.0));
+        vec3 here = stride * weighted_densities(vec4(height), vec4(1.0, 0.0, 0.0, 0.0));
         passed += here;
         if (is_hidden(height, up)) {
             continue;

@@ -7,10 +7,10 @@ void main()
 {
     vec2 place = floor(gl_FragCoord.xy) / vec2(TRANSMITTANCE_SIZE - 1);
     float cosine = 2.0 * place.x - 1.0, height = ATMOSPHERE_HEIGHT * place.y;
-    float step = way_out(height, cosine) / float(TRANSMITTANCE_STEPS);
+    float stride = way_out(height, cosine) / float(TRANSMITTANCE_STEPS);
     vec4 depth = vec4(0.0);
     for (int k = 0; k < TRANSMITTANCE_STEPS; k++) {
-        depth += step * air_at(height_after((float(k) + 0.5) * step, height, cosine), densities).extinction;
+        depth += stride * air_at(height_after((float(k) + 0.5) * stride, height, cosine), densities).extinction;
     }
     result = exp(-depth);
 }
