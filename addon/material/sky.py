@@ -107,13 +107,17 @@ class SunDisc:
 class Sun:
     """The sun as a light: the direction to its center, its angular diameter [rad], and its mean radiance over that disc.
 
-    The radiance is linear Rec. 709, in the unit of the sky's; times the disc's solid angle, 2 pi (1 - cos(diameter / 2)), it is the
-    irradiance on a plane that faces the sun.
+    The radiance is linear Rec. 709, in the unit of the sky's.
     """
 
     direction: Triple
     diameter: float
     radiance: Triple
+
+    @property
+    def irradiance(self) -> Triple:
+        """That on a plane that faces the sun: the radiance times the disc's solid angle."""
+        return _scaled(self.radiance, _solid_angle(self.diameter))
 
 
 @dataclass(frozen=True)

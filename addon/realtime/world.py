@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A world's node tree as radiance by direction: expressions of `position`, which is the unit vector towards what is seen."""
 
-import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import bpy
@@ -11,26 +10,23 @@ import bpy
 from mathutils import Matrix
 
 from ..material.expression import (
-    Apply,
     Attribute,
     Bump,
     Constant,
     Coordinate,
-    Curve,
     Expression,
-    ImageTexture,
     NormalMap,
-    SkyTexture,
     UvMap,
     apply,
     as_kind,
-    compute,
-    curve,
+    rewritten,
     triple,
 )
 from ..material.links import Place, is_nothing, source
 from ..material.operations import Triple
 from ..material.read_nodes import NodeReader, UnsupportedInput
+from ..material.sky import Sun
+from ..material.suns import DIRECTION, without_suns
 from ..material.surface import Rgb
 from .expressions import Code, NotDrawn, Writer
 from .meshes import is_finite
@@ -40,7 +36,6 @@ RADIANCE = "radiance"  # the member of MaterialInputs
 RAYS = {"camera": "Is Camera Ray", "diffuse": "Is Diffuse Ray", "glossy": "Is Glossy Ray"}
 """By the name of their visibility, the outputs of the node Light Path."""
 BLACK = Constant((0.0, 0.0, 0.0))
-DIRECTION = Coordinate("position")
 BACK = apply("multiply", DIRECTION, -1.0)
 # What nodes get for the background in Cycles, whose point is the direction, with a normal against it
 COORDINATES: Mapping[str, Expression] = {
@@ -60,6 +55,11 @@ class WorldSun(NamedTuple):
     direction: Triple
     irradiance: Rgb
     half_angle: float
+
+    @classmethod
+    def of(cls, sun: Sun) -> "WorldSun":
+        """Return the sun of a sky."""
+        return cls(sun.direction, sun.irradiance, sun.diameter / 2.0)
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def read_world(world: bpy.types.World | None, depsgraph: bpy.types.Depsgraph, ma
         expression = reader.radiance(Place(output.inputs["Surface"])) if is_visible else BLACK
         if ray != "camera":
             expression, found = without_suns(expression)
-            suns = tuple(found) if ray == "diffuse" else suns
+            suns = tuple(map(WorldSun.of, found)) if ray == "diffuse" else suns
         made[ray] = reader.written(expression, max_images)
     threshold, resolution = world.sun_threshold, int(world.probe_resolution)
     has_shadows = world.use_sun_shadow
@@ -188,32 +188,18 @@ class _WorldReader:
 
     def _of_direction(self, expression: Expression, label: str) -> Expression:
         """Return an expression with what it has of a surface's point made of the direction alone. Raises UnsupportedInput."""
-        made: dict[int, Expression] = {}  # by identity, so that what several operations share is visited once
 
-        def of(one: Expression) -> Expression:
-            if id(one) not in made:
-                made[id(one)] = changed(one)
-            return made[id(one)]
-
-        def changed(one: Expression) -> Expression:
+        def changed(one: Expression) -> Expression | None:
             match one:
                 case Coordinate(name, owner):
                     return self._coordinate(name, owner, label)
                 case Attribute() | UvMap():  # which a world has not
                     return as_kind(Constant(0.0), one.kind)
-                case Apply(operation, arguments):
-                    return apply(operation, *map(of, arguments), label=one.label)
-                case Curve():
-                    return curve(one.points, of(one.argument), one.is_stepped, one.is_extended, one.label)
-                case ImageTexture():
-                    return replace(one, coordinates=of(one.coordinates))
-                case SkyTexture():
-                    return replace(one, direction=of(one.direction))
                 case NormalMap() | Bump():
                     raise UnsupportedInput(label, f"the node {'Bump' if isinstance(one, Bump) else 'Normal Map'} in a world")
-            return one
+            return None
 
-        return of(expression)
+        return rewritten(expression, changed)
 
     def _coordinate(self, name: str, owner: str, label: str) -> Expression:
         if name not in COORDINATES:
@@ -228,24 +214,6 @@ class _WorldReader:
 
     def _say(self, what: str) -> None:
         self.said.append(Omission("WORLD", what, self._name))
-
-
-def without_suns(expression: Expression) -> tuple[Expression, list[WorldSun]]:
-    """Return an expression without the suns of its skies, and these; of a sky that is more than scaled and added they stay."""
-    match expression:
-        case SkyTexture(sky, direction) if direction == DIRECTION and (sun := sky.sun()):
-            size = 2.0 * math.pi * (1.0 - math.cos(sun.diameter / 2.0))  # sr
-            red, green, blue = (size * value for value in sun.radiance)
-            rest = replace(expression, sky=replace(sky, disc=None))
-            return rest, [WorldSun(sun.direction, (red, green, blue), sun.diameter / 2.0)]
-        case Apply("multiply", (first, Constant(factor))):
-            rest, suns = without_suns(first)
-            scaled = [sun._replace(irradiance=triple(compute("multiply", sun.irradiance, factor))) for sun in suns]
-            return apply("multiply", rest, factor, label=expression.label), scaled
-        case Apply("add", (first, second)):
-            (rest, suns), (other, more) = without_suns(first), without_suns(second)
-            return apply("add", rest, other, label=expression.label), suns + more
-    return expression, []
 
 
 def transformed(matrix: Matrix, point: Expression) -> Expression:
