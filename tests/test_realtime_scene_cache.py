@@ -621,6 +621,10 @@ class Hull:
         self.hull = meshes.box(low, high)
 
 
+def seen_corners(bounds: scene_bounds.SceneBounds, view: View) -> list[Vector]:
+    return [corner for polygon in bounds.visible(view) for corner in polygon]
+
+
 @pytest.mark.parametrize("count", (1, 20, 33, 500))
 def test_extent_holds_all_and_is_small(count: int) -> None:
     """Objects on a lattice 2 apart, turned, each of the 12 triangles of a box; every other casts a shadow."""
@@ -646,13 +650,13 @@ def test_extent_holds_all_and_is_small(count: int) -> None:
         )
 
     everything = View(Matrix.Diagonal((0.01, 0.01, 0.01, 1.0)), Vector((0.0, 0.0, 1.0)), False, WIDTH, HEIGHT)
-    found, casting = ranges(made.visible(everything)), ranges(made.casters)
+    found, casting = ranges(seen_corners(made, everything)), ranges(made.casters)
     assert hold(found, range(count)) and hold(casting, range(0, count, 2))
     assert len(found) <= 32 and len(casting) <= 32  # as many boxes as can be cut for each view
     assert not hold(found[1:], range(count))
     # A part of the picture: within it, and as far as what is there.
     view = View(Matrix.Diagonal((0.5, 0.5, 0.01, 1.0)), Vector((0.0, 0.0, 1.0)), False, WIDTH, HEIGHT)
-    shown = [(view.projection @ corner, corner) for corner in made.visible(view)]
+    shown = [(view.projection @ corner, corner) for corner in seen_corners(made, view)]
     inside = [corner for some in corners.values() for corner in some if max(map(abs, (view.projection @ corner)[:2])) <= 1.0]
     assert shown and all(max(map(abs, clip)) <= 1.0 + 1e-5 for clip, _ in shown)
     for k in range(3):
@@ -665,9 +669,9 @@ def test_view_that_turns_asks_no_part_where_it_is(stage: Stage, monkeypatch) -> 
     stage.assert_as_new()
     monkeypatch.setattr(driver_scene, "SceneBounds", None)
     turned = View(Matrix.Diagonal((3.0, 3.0, 1.0, 1.0)) @ ABOVE.projection, ABOVE.eye, False, WIDTH, HEIGHT)
-    tiles = stage.renderer._shadow_maps._tiles
+    seen = stage.renderer._shadow_maps._bounds.points
     stage.renderer.begin(turned)
-    assert stage.renderer._shadow_maps._tiles != tiles
+    assert stage.renderer._shadow_maps._bounds.points != seen
     monkeypatch.undo()
 
 

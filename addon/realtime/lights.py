@@ -16,6 +16,7 @@ from .program import LIGHT_TYPES, MAX_LIGHTS
 NO_SPREAD = math.radians(89.99)  # half of an area light's spread from which on its spread cuts nothing off
 LARGEST_TANGENT = 1e15  # in the place of the tangent of 90 degrees
 BASES = (2, 3, 5)  # of Halton's sequence, which fills a cube evenly
+SHIFT_BASES = (7, 11)  # the same, for what moves a light's shadow map
 BETWEEN_LIGHTS = 0.6180339887498949  # by which fraction of the cube each light's sequence is moved after the one before
 ROUND = {"DISK", "ELLIPSE"}  # shapes of area lights
 
@@ -34,6 +35,8 @@ class Light:
     the cone.
     `size`: half the angle of a sun [radians], the radius of a point or a spot [m].
     `sides`: from an area light's center to the middles of two sides [m]; `is_round`: whether it is an ellipse.
+    `shift`: by which part of a texel a sample's shadow map is moved, so that the mean over samples smooths its edges; None where
+    one map has to do for all samples.
     """
 
     kind: str
@@ -48,6 +51,7 @@ class Light:
     size: float = 0.0
     sides: tuple[Triple, Triple] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     is_round: bool = False
+    shift: tuple[float, float] | None = None
 
     def to_bytes(self, first_tile: int = 0, tiles: int = 0) -> bytes:
         """Return the struct Light of shaders/lights.glsl with its tiles of the shadow map. Raises ValueError for unknown kinds."""
@@ -66,19 +70,21 @@ class Light:
             return self
         start = 0.5 + (index * BETWEEN_LIGHTS if sample else 0.0)
         u, v, w = ((start + radical_inverse(sample, base)) % 1.0 for base in BASES)
+        across, along = ((start + radical_inverse(sample, base)) % 1.0 - 0.5 for base in SHIFT_BASES)
+        shift = (across, along) if sample else None
         if self.kind == "SUN":
             x, y = (math.sin(self.size) * coordinate for coordinate in disk(u, v))
             cosine = math.sqrt(max(1.0 - x * x - y * y, 1e-6))
             towards = Vector(self.axis).to_track_quat("Z", "Y") @ Vector((x, y, cosine))
             red, green, blue = (strength / cosine for strength in self.strength)
-            return replace(self, axis=tuple(towards), strength=(red, green, blue), size=0.0)
+            return replace(self, axis=tuple(towards), strength=(red, green, blue), size=0.0, shift=shift)
         if self.kind == "AREA":
             x, y = disk(u, v) if self.is_round else (2.0 * u - 1.0, 2.0 * v - 1.0)
             moves = (x * a + y * b for a, b in zip(*self.sides, strict=True))
         else:
             moves = (self.size * coordinate for coordinate in _ball(u, v, w))
         position = tuple(here + move for here, move in zip(self.position, moves, strict=True))
-        return replace(self, position=position, size=0.0, sides=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+        return replace(self, position=position, size=0.0, sides=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), shift=shift)
 
     @property
     def is_soft(self) -> bool:

@@ -40,14 +40,15 @@ class SceneBounds:
         self._before = {}
         self.casters = [corner for triangle in triangles for corner in triangle]
 
-    def visible(self, view: View) -> list[Vector]:
-        """Return the corners of the polygons that enclose what is in the picture [m]: the bounds, clipped to `view`."""
-        corners: list[Vector] = []
+    def visible(self, view: View) -> list[list[Vector]]:
+        """Return the polygons that enclose what is in the picture [m]: the bounds, clipped to `view`."""
+        polygons = []
         for projection in (part.projection for part in view.holding()):
             for triangle in self._visible:
                 polygon = [(projection @ Vector((*corner, 1.0)), corner) for corner in triangle]
-                corners += (world for _, world in _clipped(polygon))
-        return corners
+                if clipped := [world for _, world in _clipped(polygon)]:
+                    polygons.append(clipped)
+        return polygons
 
     def _enclosing(self, all_placed: Collection[Placed]) -> list[Triangle]:
         """Return triangles that enclose them: those of the meshes' hulls or, where they are too many, of boxes around groups."""

@@ -14,6 +14,7 @@ from .expressions import Code
 from .lights import Light, lights_to_bytes
 from .objects import Part
 from .program import Inputs, Lighting, shadow_program, transparent_shadow_program
+from .shadow_bounds import ShadowBounds
 from .view import View
 
 FAR = (1e30, 1e30, 1e30, 1e30)
@@ -24,7 +25,7 @@ class ShadowMaps:
 
     def __init__(self, scene: DriverScene) -> None:
         self._scene = scene
-        self._visible: list[Vector] = []  # SceneBounds.visible of the picture
+        self._bounds: ShadowBounds | None = None  # of the picture
         self._sampled: list[Light] = []  # as the last sample saw them
         self._tiles: list[shadows.Tile] | None = None
         self._caster_version = -1  # of the scene that has been drawn
@@ -33,7 +34,8 @@ class ShadowMaps:
     def begin(self, view: View) -> None:
         """Prepare for a picture of `view`."""
         bounds = self._scene.bounds
-        self._visible = bounds.visible(view) if bounds and self._scene.cache.lighting().shadows else []
+        has_shadows = bounds is not None and self._scene.cache.lighting().shadows
+        self._bounds = ShadowBounds(bounds.casters, bounds.visible(view)) if bounds and has_shadows else None
         self.light(0)
 
     def light(self, sample: int) -> None:
@@ -43,14 +45,13 @@ class ShadowMaps:
         if sample and not changes:
             return
         lights = [light.at_sample(sample, index) for index, light in enumerate(scene.cache.lights)]
-        has_shadows = scene.cache.lighting().shadows and scene.bounds is not None
-        tiles = shadows.shadow_tiles(lights, scene.bounds.casters, self._visible) if has_shadows else []
+        tiles = shadows.shadow_tiles(lights, self._bounds) if self._bounds else []
         is_moved = tiles != self._tiles or scene.caster_version != self._caster_version
         if lights != self._sampled or is_moved:
             self._sampled, self._tiles, self._caster_version = lights, tiles, scene.caster_version
             counts = Counter(tile.light for tile in tiles)
             self._lights = uniform_buffer(lights_to_bytes(lights, [counts[index] for index in range(len(lights))]))
-        if has_shadows and (is_moved or scene.has_transparent_casters):
+        if self._bounds and (is_moved or scene.has_transparent_casters):
             self._draw(tiles, sample)
 
     def give(self, shader: gpu.types.GPUShader, lighting: Lighting) -> None:
@@ -62,15 +63,15 @@ class ShadowMaps:
 
     def _allocate(self, tiles: Sequence[shadows.Tile]) -> None:
         """Make the shadow map large enough for `tiles`, and the texture that says where they are."""
-        width = max((tile.x + tile.size for tile in tiles), default=1)
-        if self._map is None or self._map.width != width:
-            self._map = gpu.types.GPUTexture((width, width), format="R32F")
+        size = max((tile.x + tile.size for tile in tiles), default=1), max((tile.y + tile.size for tile in tiles), default=1)
+        if self._map is None or (self._map.width, self._map.height) != size:
+            self._map = gpu.types.GPUTexture(size, format="R32F")
             # kept, as a framebuffer does not keep its textures
-            self._depth = gpu.types.GPUTexture((width, width), format="DEPTH_COMPONENT32F")
+            self._depth = gpu.types.GPUTexture(size, format="DEPTH_COMPONENT32F")
             self._buffer = gpu.types.GPUFrameBuffer(depth_slot=self._depth, color_slots=self._map)
-        rows = b"".join(tile.to_bytes() for tile in tiles) or bytes(shadows.Tile.BYTES)
+        rows = b"".join(tile.to_bytes() for tile in tiles) or bytes(16 * shadows.Tile.TEXELS)
         data = gpu.types.Buffer("FLOAT", len(rows) // 4, memoryview(rows).cast("f"))
-        self._places = gpu.types.GPUTexture((5, len(tiles) or 1), format="RGBA32F", data=data)
+        self._places = gpu.types.GPUTexture((shadows.Tile.TEXELS, len(tiles) or 1), format="RGBA32F", data=data)
 
     def _draw(self, tiles: Sequence[shadows.Tile], sample: int) -> None:
         """Draw the shadow maps, transparent casters as this sample sees them."""
@@ -90,7 +91,7 @@ class ShadowMaps:
                     scene.draw_part(shader, part)
                 if transparent:
                     self._draw_transparent(tile, transparent, sample)
-            self._buffer.viewport_set(0, 0, self._depth.width, self._depth.width)
+            self._buffer.viewport_set(0, 0, self._depth.width, self._depth.height)
 
     def _draw_transparent(self, tile: shadows.Tile, casting: Sequence[tuple[Part, Code]], sample: int) -> None:
         """Draw into a light's part of the shadow map where this sample does not see through."""

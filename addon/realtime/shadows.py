@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shadow maps: each light's projections, fitted to what the camera sees, and their tiles of one square texture.
+"""Shadow maps: each light's projections, fitted to what it shades of what the camera sees, and their tiles of one texture.
 
-A light from which all that is seen lies in front has one projection, which holds it. Another has those sides of a cube that do.
+A light in front of which all of that lies has one projection, which holds it. Another has those sides of a cube that do.
 """
 
 import math
@@ -12,13 +12,16 @@ from dataclasses import dataclass
 from mathutils import Matrix, Vector
 
 from .lights import Light
+from .shadow_bounds import Face, Shade, ShadowBounds
 from .view import matrix_to_bytes
 
-MAP_SIZE = 4096  # texels
+MAP_SIZE = 4096  # the square of it is how many texels there are
+MOST_IN_A_ROW = 3  # tiles of which a row wastes nothing; more are in a square
 WIDEST = math.radians(60.0)  # half the angle of the widest cone that has one projection; wider, a cube has finer texels
 NEAREST = 1e-3  # the near plane of a projection from a point, as a fraction of its far plane
 STEP = 2.0**0.25  # a sun's map grows in such steps, so that its texels stay where they are while the view turns
 MARGIN = 4.0  # texels around what a map has to hold, for the filter
+NOISE = 5e-7  # of coordinates and depths in 32 bits
 CUBE = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 """The unit vectors against which the sides of a cube look, in a light's axes; the last one looks to the back of an area light."""
 
@@ -28,7 +31,8 @@ class Tile:
     """A part of the shadow map.
 
     `light` is the light's index; `matrix` takes a point of the world to the tile's clip space; `x`, `y`, `size` are in texels;
-    `texel` is the width that a texel covers [m], for other lights than suns at a distance of 1 m.
+    `texel` is the width that a texel covers [m], for other lights than suns at a distance of 1 m. `noise`: how far depths are off
+    for 32 bits [m]. `is_filtered`: whether a sample is to smooth the shadows, as the map is not another one for each.
     """
 
     light: int
@@ -37,12 +41,15 @@ class Tile:
     y: int
     size: int
     texel: float
+    noise: float
+    is_filtered: bool
 
-    BYTES = 80
+    TEXELS = 6  # of the texture `shadow_tiles`
 
     def to_bytes(self) -> bytes:
-        """Return the tile's row of the texture `shadow_tiles`: the columns of its matrix, and x, y, size and texel."""
-        return matrix_to_bytes(self.matrix) + struct.pack("4f", self.x, self.y, self.size, self.texel)
+        """Return the tile's row of `shadow_tiles`: the columns of its matrix; x, y, size and texel; whether it is filtered, noise."""
+        place = struct.pack("8f", self.x, self.y, self.size, self.texel, self.is_filtered, self.noise, 0.0, 0.0)
+        return matrix_to_bytes(self.matrix) + place
 
 
 @dataclass(frozen=True)
@@ -54,32 +61,34 @@ class Frustum:
     center: tuple[float, float] = (0.0, 0.0)
 
 
-def shadow_tiles(lights: Sequence[Light], casters: Sequence[Vector], visible: Sequence[Vector]) -> list[Tile]:
-    """Return the tiles of the lights that cast shadows, in their order, of one size, the largest at which all fit into MAP_SIZE.
-
-    `casters` and `visible` are those of SceneBounds.
-    """
-    if not casters or not any(light.casts_shadow for light in lights):
-        return []
-    visible = visible or casters
-    frusta = [(i, frustum) for i, light in enumerate(lights) if light.casts_shadow for frustum in _frusta(light, visible)]
-    columns = max(1, math.ceil(math.sqrt(len(frusta))))
-    size = MAP_SIZE // columns
+def shadow_tiles(lights: Sequence[Light], bounds: ShadowBounds) -> list[Tile]:
+    """Return the tiles of the lights that cast shadows, in their order, of one size, the largest at which all have room."""
+    frusta = []
+    for index, light in enumerate(lights):
+        if light.casts_shadow and (shade := bounds.shade(light)).points:
+            frusta += [(index, shade, frustum) for frustum in _frusta(light, shade.points)]
+    count = max(1, len(frusta))
+    columns = count if count <= MOST_IN_A_ROW else math.ceil(math.sqrt(count))
+    size = int(MAP_SIZE / math.sqrt(columns * math.ceil(count / columns)))
     tiles = []
-    for slot, (index, frustum) in enumerate(frusta):
+    for slot, (index, shade, frustum) in enumerate(frusta):
         light = lights[index]
-        matrix, texel = _from_point(light, frustum, visible, size) if frustum else _sun(light, casters, visible, size)
-        tiles.append(Tile(index, matrix, size * (slot % columns), size * (slot // columns), size, texel))
+        matrix, texel, reach = _from_point(light, frustum, bounds, size) if frustum else _sun(light, shade, bounds, size)
+        if light.shift is not None:
+            matrix = Matrix.Translation([2.0 * part / size for part in (*light.shift, 0.0)]) @ matrix
+        noise = NOISE * max(reach, bounds.largest)
+        place = size * (slot % columns), size * (slot // columns), size
+        tiles.append(Tile(index, matrix, *place, texel, noise, is_filtered=light.shift is None))
     return tiles
 
 
-def _frusta(light: Light, visible: Sequence[Vector]) -> Iterator[Frustum | None]:
-    """Yield what the projections of a light hold: together all that is `visible`. None for a sun, whose rays are parallel."""
+def _frusta(light: Light, shaded: Sequence[Vector]) -> Iterator[Frustum | None]:
+    """Yield what the projections of a light hold: together all that is `shaded`. None for a sun, whose rays are parallel."""
     if light.kind == "SUN":
         yield None
         return
     position, axis = Vector(light.position), Vector(light.axis)
-    narrowest = _around([position - point for point in visible])
+    narrowest = _around([position - point for point in shaded])
     if light.kind == "SPOT":
         stretch = 1.0 / max(min(Vector(light.x_axis).length, Vector(light.y_axis).length), 1e-6)
         half = math.tan(math.acos(max(1e-6, min(light.edge, 1.0)))) * stretch
@@ -92,14 +101,14 @@ def _frusta(light: Light, visible: Sequence[Vector]) -> Iterator[Frustum | None]
     for side in CUBE[:-1] if light.kind == "AREA" else CUBE:
         towards = to_world @ Vector(side)
         rotation = _axes(towards)
-        points = [rotation @ (point - position) for point in visible]
+        points = [rotation @ (point - position) for point in shaded]
         beyond = (
             [x > -z for x, _, z in points],
             [-x > -z for x, _, z in points],
             [y > -z for _, y, z in points],
             [-y > -z for _, y, z in points],
         )
-        if not any(map(all, beyond)):  # nothing is seen there where all points are on the other side of one of its planes
+        if not any(map(all, beyond)):  # nothing is there where all points are on the other side of one of its planes
             yield Frustum(towards, 1.0)
 
 
@@ -125,30 +134,44 @@ def _axes(axis: Vector) -> Matrix:
     return axis.to_track_quat("Z", "Y").to_matrix().inverted()
 
 
-def _sun(light: Light, casters: Sequence[Vector], visible: Sequence[Vector], size: int) -> tuple[Matrix, float]:
-    """Return a sun's projection and the width of a texel [m]: it holds `visible` and all `casters` that may stand before it."""
+def _sun(light: Light, shade: Shade, bounds: ShadowBounds, size: int) -> tuple[Matrix, float, float]:
+    """Return a sun's projection, the width of a texel and how deep it is [m]: it holds what is seen of `shade`, and what may stand
+    before it."""
     rotation = _axes(Vector(light.axis))
-    points = [rotation @ point for point in visible]
-    low = Vector(min(point[axis] for point in points) for axis in range(2))
-    high = Vector(max(point[axis] for point in points) for axis in range(2))
+    points, seen = ([rotation @ point for point in some] for some in (shade.points, bounds.points))
+    low, high = (
+        Vector(inner(outer(point[axis] for point in some) for some in (points, seen)) for axis in range(2))
+        for inner, outer in ((max, min), (min, max))
+    )
     width = max(*(high - low), 1e-6) * (1.0 + MARGIN / size)
-    width = STEP ** math.ceil(math.log(width, STEP))
+    if light.shift is None:
+        width = STEP ** math.ceil(math.log(width, STEP))
     texel = width / size
     center = [round((low[axis] + high[axis]) / (2.0 * texel)) * texel for axis in range(2)]
-    depths = [(rotation @ point).z for point in (*casters, *visible)]
-    near, far = max(depths), min(depths)
+    depths = [point.z for point in (*points, *seen)]
+    far, near = min(depths), max(*depths, *(_nearest(face, rotation, (low + high) / 2.0, (high - low) / 2.0) for face in shade.faces))
     depth = max(near - far, 1e-6) * 1.001
     middle = (near + far) / 2.0
     scale = Matrix.Diagonal((2.0 / width, 2.0 / width, -2.0 / depth, 1.0))
-    return scale @ Matrix.Translation((-center[0], -center[1], -middle)) @ rotation.to_4x4(), texel
+    return scale @ Matrix.Translation((-center[0], -center[1], -middle)) @ rotation.to_4x4(), texel, depth
 
 
-def _from_point(light: Light, frustum: Frustum, visible: Sequence[Vector], size: int) -> tuple[Matrix, float]:
-    """Return the projection of a `frustum` from a light, and the width of a texel at a distance of 1 m [m]."""
+def _nearest(face: Face, rotation: Matrix, middle: Vector, half: Vector) -> float:
+    """Return the largest z of a face turned by `rotation` within a rectangle around `middle`, or a little more [m]."""
+    normal = rotation @ face.normal
+    highest = max((rotation @ corner).z for corner in face.corners)
+    if normal.z == 0.0:
+        return highest
+    rise = abs(normal.x * half.x) + abs(normal.y * half.y)
+    return min(highest, (face.offset - normal.x * middle.x - normal.y * middle.y) / normal.z + rise / abs(normal.z))
+
+
+def _from_point(light: Light, frustum: Frustum, bounds: ShadowBounds, size: int) -> tuple[Matrix, float, float]:
+    """Return the projection of a `frustum` from a light, the width of a texel at a distance of 1 m, and how far it reaches [m]."""
     position, (x, y) = Vector(light.position), frustum.center
-    far = max(1e-6, max((point - position).length for point in visible)) * 1.001
+    far = max(1e-6, max((point - position).length for point in bounds.points)) * 1.001
     near = far * NEAREST
     half = max(frustum.half, 1e-6) * (1.0 + MARGIN / size)
     slope, shift = -(far + near) / (far - near), -2.0 * far * near / (far - near)
     rows = ((1.0 / half, 0.0, x / half, 0.0), (0.0, 1.0 / half, y / half, 0.0), (0.0, 0.0, slope, shift), (0.0, 0.0, -1.0, 0.0))
-    return Matrix(rows) @ _axes(frustum.axis).to_4x4() @ Matrix.Translation(-position), 2.0 * half / size
+    return Matrix(rows) @ _axes(frustum.axis).to_4x4() @ Matrix.Translation(-position), 2.0 * half / size, far

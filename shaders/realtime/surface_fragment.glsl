@@ -29,8 +29,10 @@ vec4 is_lit(vec2 between, float depth)
     return step(depth, textureGather(shadow_map, between / vec2(textureSize(shadow_map, 0))));
 }
 
-// Returns the fraction of a light that reaches the point: percentage-closer filtering of the 3x3 texels around it. l: towards the light.
-// The texture `shadow_tiles` has five texels for each tile: the columns of its matrix, and x, y, size and texel.
+// Returns the fraction of a light that reaches the point, l: towards the light. Where all samples have the same map, percentage-closer
+// filtering of the 3x3 texels around it; else the nearest texel, as samples have maps that are moved by parts of a texel.
+// The texture `shadow_tiles` has six texels for each tile: the columns of its matrix; x, y, size and texel; whether it is filtered, and
+// by how much depths are off.
 float light_visibility(Light light, vec3 position, vec3 n, vec3 l)
 {
     if (dot(n, l) <= 0.0) {
@@ -40,18 +42,24 @@ float light_visibility(Light light, vec3 position, vec3 n, vec3 l)
     for (int row = first; row < first + count; row++) {
         mat4 matrix = mat4(texelFetch(shadow_tiles, ivec2(0, row), 0), texelFetch(shadow_tiles, ivec2(1, row), 0),
             texelFetch(shadow_tiles, ivec2(2, row), 0), texelFetch(shadow_tiles, ivec2(3, row), 0));
-        vec4 tile = texelFetch(shadow_tiles, ivec2(4, row), 0);
+        vec4 tile = texelFetch(shadow_tiles, ivec2(4, row), 0), more = texelFetch(shadow_tiles, ivec2(5, row), 0);
+        bool is_filtered = more.x != 0.0;
         vec3 axis = vec3(matrix[0].w, matrix[1].w, matrix[2].w); // along which the tile looks, 0 for a sun's
         // Moved off the surface by as much as its plane rises along the axis within the filter, so that it does not shadow itself.
         float cosine = dot(n, axis == vec3(0.0) ? l : axis);
-        float texel = tile.w * (matrix * vec4(position, 1.0)).w;
-        vec4 clip = matrix * vec4(position + n * (texel * (0.5 + 2.5 * sqrt(max(0.0, 1.0 - cosine * cosine)))), 1.0);
+        float texel = tile.w * (matrix * vec4(position, 1.0)).w, sine = sqrt(max(0.0, 1.0 - cosine * cosine));
+        float lift = texel * (is_filtered ? 0.5 + 2.5 * sine : 0.1 + 0.75 * sine) + more.y;
+        vec4 clip = matrix * vec4(position + n * lift, 1.0);
         vec3 point = clip.xyz / clip.w;
         if (clip.w <= 0.0 || any(greaterThan(abs(point), vec3(1.0)))) {
             continue;
         }
         float depth = axis == vec3(0.0) ? point.z : clip.w; // as in shadow_fragment.glsl
         vec2 texels = (point.xy * 0.5 + 0.5) * tile.z - 0.5;
+        if (!is_filtered) {
+            vec2 nearest = tile.xy + clamp(floor(texels + 0.5), vec2(0.0), vec2(tile.z - 1.0));
+            return step(depth, texelFetch(shadow_map, ivec2(nearest), 0).x);
+        }
         vec2 corner = clamp(floor(texels), vec2(1.0), vec2(tile.z - 3.0)), rest = clamp(texels - corner, 0.0, 1.0);
         vec2 middle = tile.xy + corner; // between the first two texels in either direction
         // A box of 3x3 texels around the point weighs the four by four that it touches; a gather's four have (0, 1), (1, 1), (1, 0), (0, 0).
