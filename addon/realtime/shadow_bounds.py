@@ -46,9 +46,9 @@ class Shade:
 class ShadowBounds:
     """What of `casters`, the corners of triangles around all of them, can shade something within `polygons` [m].
 
-    `points` are the polygons' corners, and `largest` the largest of their coordinates. A face shades only what is behind it, seen from
-    the light: the floor below all else shades nothing, and a map need not hold it, however large it is. What a face shades is both
-    in line with the face and within the polygons behind it, and the smaller of those counts.
+    `points` are the polygons' corners, and `largest` the largest of their coordinates. A face shades only what is behind it, seen
+    from the light: the floor below all else shades nothing, and a map need not hold it, however large it is. What a face shades is
+    both in line with the face and within the polygons behind it, and the smaller of those counts.
     """
 
     def __init__(self, casters: Sequence[Vector], polygons: Sequence[Polygon]) -> None:

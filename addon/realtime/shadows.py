@@ -47,16 +47,17 @@ class Tile:
     TEXELS = 6  # of the texture `shadow_tiles`
 
     def to_bytes(self) -> bytes:
-        """Return the tile's row of `shadow_tiles`: the columns of its matrix; x, y, size and texel; whether it is filtered, noise."""
+        """Return the tile's row of `shadow_tiles`: the columns of its matrix; x, y, size, texel; whether it is filtered, noise."""
         place = struct.pack("8f", self.x, self.y, self.size, self.texel, self.is_filtered, self.noise, 0.0, 0.0)
         return matrix_to_bytes(self.matrix) + place
 
 
 @dataclass(frozen=True)
 class Frustum:
-    """What a projection from a point holds: `axis` is the unit vector against which it looks, `center` and `half` are tangents."""
+    """What a projection from a point holds: `rotation` turns the unit vector against which it looks to +Z, `center` and `half` are
+    tangents."""
 
-    axis: Vector
+    rotation: Matrix
     half: float
     center: tuple[float, float] = (0.0, 0.0)
 
@@ -93,14 +94,13 @@ def _frusta(light: Light, shaded: Sequence[Vector]) -> Iterator[Frustum | None]:
         stretch = 1.0 / max(min(Vector(light.x_axis).length, Vector(light.y_axis).length), 1e-6)
         half = math.tan(math.acos(max(1e-6, min(light.edge, 1.0)))) * stretch
         if half < (narrowest.half if narrowest else math.tan(WIDEST)):
-            narrowest = Frustum(axis, half)
+            narrowest = Frustum(_axes(axis), half)
     if narrowest:
         yield narrowest
         return
-    to_world = axis.to_track_quat("Z", "Y")
+    to_axes = _axes(axis)
     for side in CUBE[:-1] if light.kind == "AREA" else CUBE:
-        towards = to_world @ Vector(side)
-        rotation = _axes(towards)
+        rotation = _axes(Vector(side)) @ to_axes  # so that the sides meet
         points = [rotation @ (point - position) for point in shaded]
         beyond = (
             [x > -z for x, _, z in points],
@@ -109,7 +109,7 @@ def _frusta(light: Light, shaded: Sequence[Vector]) -> Iterator[Frustum | None]:
             [-y > -z for _, y, z in points],
         )
         if not any(map(all, beyond)):  # nothing is there where all points are on the other side of one of its planes
-            yield Frustum(towards, 1.0)
+            yield Frustum(rotation, 1.0)
 
 
 def _around(away: Sequence[Vector]) -> Frustum | None:
@@ -126,7 +126,7 @@ def _around(away: Sequence[Vector]) -> Frustum | None:
         ranges.append((min(slopes), max(slopes)))
     half = max((high - low) / 2.0 for low, high in ranges)
     (left, right), (bottom, top) = ranges
-    return Frustum(axis, half, ((left + right) / 2.0, (bottom + top) / 2.0))
+    return Frustum(rotation, half, ((left + right) / 2.0, (bottom + top) / 2.0))
 
 
 def _axes(axis: Vector) -> Matrix:
@@ -149,7 +149,10 @@ def _sun(light: Light, shade: Shade, bounds: ShadowBounds, size: int) -> tuple[M
     texel = width / size
     center = [round((low[axis] + high[axis]) / (2.0 * texel)) * texel for axis in range(2)]
     depths = [point.z for point in (*points, *seen)]
-    far, near = min(depths), max(*depths, *(_nearest(face, rotation, (low + high) / 2.0, (high - low) / 2.0) for face in shade.faces))
+    far, near = (
+        min(depths),
+        max(*depths, *(_nearest(face, rotation, (low + high) / 2.0, (high - low) / 2.0) for face in shade.faces)),
+    )
     depth = max(near - far, 1e-6) * 1.001
     middle = (near + far) / 2.0
     scale = Matrix.Diagonal((2.0 / width, 2.0 / width, -2.0 / depth, 1.0))
@@ -174,4 +177,4 @@ def _from_point(light: Light, frustum: Frustum, bounds: ShadowBounds, size: int)
     half = max(frustum.half, 1e-6) * (1.0 + MARGIN / size)
     slope, shift = -(far + near) / (far - near), -2.0 * far * near / (far - near)
     rows = ((1.0 / half, 0.0, x / half, 0.0), (0.0, 1.0 / half, y / half, 0.0), (0.0, 0.0, slope, shift), (0.0, 0.0, -1.0, 0.0))
-    return Matrix(rows) @ _axes(frustum.axis).to_4x4() @ Matrix.Translation(-position), 2.0 * half / size, far
+    return Matrix(rows) @ frustum.rotation.to_4x4() @ Matrix.Translation(-position), 2.0 * half / size, far

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the realtime engine's shadow maps hold, against rays towards lights."""
+
+import math
+import random
+from array import array
+from collections.abc import Sequence
+
+import bpy  # noqa: F401 - brings mathutils
+
+import pytest
+from mathutils import Matrix, Vector
+
+from true_diffuse.addon.realtime import meshes, objects, scene_bounds
+from true_diffuse.addon.realtime.lights import Light
+from true_diffuse.addon.realtime.shadow_bounds import ShadowBounds
+from true_diffuse.addon.realtime.shadows import MAP_SIZE, Tile, shadow_tiles
+from true_diffuse.addon.realtime.view import View
+
+ZERO = (0.0, 0.0, 0.0)
+FLOOR = [(-1e3, -1e3, 0.0), (1e3, -1e3, 0.0), (1e3, 1e3, 0.0), (-1e3, -1e3, 0.0), (1e3, 1e3, 0.0), (-1e3, 1e3, 0.0)]
+
+
+class Hull:
+    """What of a mesh its extent asks for."""
+
+    def __init__(self, points: list[meshes.Point]) -> None:
+        self.hull = points
+        self.bounds = tuple(tuple(pick(point[axis] for point in points) for axis in range(3)) for pick in (min, max))
+
+
+def light(kind: str, place: Vector, angle: float = 1.0) -> Light:
+    """Return a light at `place` that shines at the origin; `angle`: of a spot, half its cone."""
+    return Light(kind, tuple(place), tuple(place.normalized()), (1.0,) * 3, math.cos(angle), 0.1, *_axes(place), True)
+
+
+def _axes(place: Vector) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    x, y, _ = place.to_track_quat("Z", "Y").to_matrix().col
+    return tuple(x), tuple(y)
+
+
+def bounds(hulls: Sequence[tuple[Hull, Matrix]]) -> scene_bounds.SceneBounds:
+    groups: dict[objects.Part, list[int]] = {}
+    for index, (hull, _) in enumerate(hulls):
+        groups.setdefault(objects.Part(hull, 0, 0, True, True), []).append(index)
+    matrices = array("f", (value for _, place in hulls for column in place.col for value in column))
+    return scene_bounds.SceneBounds(groups, matrices)
+
+
+def looking_down(width: float) -> View:
+    """Return a view from above of a square so wide around the origin [m]."""
+    return View(Matrix.Diagonal((2.0 / width, 2.0 / width, -0.01, 1.0)), Vector((0.0, 0.0, 1.0)), False, 64, 64)
+
+
+def holds(tile: Tile, point: Vector) -> bool:
+    clip = tile.matrix @ point.to_4d()
+    return clip.w > 0.0 and all(abs(x) <= clip.w * (1.0 + 1e-5) for x in clip[:3])
+
+
+@pytest.mark.parametrize("kind", ("SUN", "POINT", "SPOT", "AREA"))
+@pytest.mark.parametrize("below", (0.0, 0.01, 0.4))
+def test_tiles_hold_every_shaded_point_that_is_seen_and_what_shades_it(kind: str, below: float) -> None:
+    """Boxes that stand on a wide floor or reach `below` it, and a view that cuts some: a point of a box or of the floor in the
+    picture from which the ray to the light goes through a point of a box or of the floor has to be in a tile, with that point."""
+    numbers = random.Random(7)
+    box = Hull(meshes.box((-0.5, -0.5, -below), (0.5, 0.5, 2.0)))
+    places = [
+        Matrix.Translation((3.0 * x + numbers.random(), 3.0 * y, 0.0)) @ Matrix.Rotation(numbers.random(), 4, "Z")
+        for x in (-1, 0, 1)
+        for y in (-1, 0, 1)
+    ]
+    made = bounds([(Hull(FLOOR), Matrix()), *((box, place) for place in places)])
+    view, shaded = looking_down(6.5), 0
+    for _ in range(12):
+        here = Vector((numbers.uniform(-4, 4), numbers.uniform(-4, 4), numbers.uniform(0.5, 5.0)))
+        lamp = light(kind, here * (1.0 if kind != "SUN" else 1.0 / here.length))
+        tiles = shadow_tiles([lamp], ShadowBounds(made.casters, made.visible(view)))
+        for _ in range(300):
+            # two points on one ray to the light, each in a box or on the floor
+            x, y, z = numbers.uniform(-0.5, 0.5), numbers.uniform(-0.5, 0.5), numbers.uniform(-below, 2.0)
+            start = numbers.choice(places) @ Vector((x, y, z))
+            towards = Vector(lamp.axis) if kind == "SUN" else Vector(lamp.position) - start
+            if start.z < -0.01:  # below the floor, which shades it
+                caster = start - towards * (start.z / towards.z)
+            elif numbers.random() < 0.5:
+                start, caster = start - towards * (start.z / towards.z), start
+                if towards.z * (caster.z - start.z) < 0.0:
+                    continue  # the floor is between the caster and the light
+            else:
+                caster = start + towards * numbers.uniform(0.0, 0.6)
+                if not any(
+                    abs(local.x) <= 0.5 and abs(local.y) <= 0.5 and -below <= local.z <= 2.0
+                    for local in (place.inverted() @ caster for place in places)
+                ):
+                    continue
+            if max(abs(start.x), abs(start.y)) > 3.25 or (caster - start).length < 1e-3:
+                continue
+            is_in_cone = kind != "SPOT" or towards.normalized().dot(Vector(lamp.axis)) > math.cos(0.99)
+            if not is_in_cone or (kind == "AREA" and towards.normalized().dot(Vector(lamp.axis)) <= 0.01):
+                continue
+            shaded += 1
+            assert any(holds(tile, start) and holds(tile, caster) for tile in tiles), (here, start, caster)
+    assert shaded > 500
+
+
+def test_floor_takes_no_texels_from_what_stands_on_it() -> None:
+    """A map grows by 19 % at most: shadows.STEP."""
+    box = Hull(meshes.box((-0.5, -0.5, 0.0), (0.5, 0.5, 1.0)))
+    made = bounds([(Hull(FLOOR), Matrix()), (box, Matrix())])
+    sun = light("SUN", Vector((0.0, -1.0, 1.0)).normalized())
+    (tile,) = shadow_tiles([sun], ShadowBounds(made.casters, made.visible(looking_down(100.0))))
+    across = math.sqrt(2.0)  # of the box, seen along the sun's rays: 1 m wide, and (1 + 1) / sqrt(2) m high
+    assert across <= tile.texel * MAP_SIZE <= across * 1.2
+    alone = bounds([(Hull(FLOOR), Matrix())])
+    assert not shadow_tiles([sun], ShadowBounds(alone.casters, alone.visible(looking_down(100.0))))
+
+
+def test_wall_before_the_sun_shades_what_is_near_it() -> None:
+    """A wall of 2 km, the sun behind it: its shadow is where something is seen, and that it shades all."""
+    turn = Matrix.Rotation(math.pi / 2.0, 4, "X")
+    box = Hull(meshes.box((-0.5, -1.5, 0.0), (0.5, -0.5, 1.0)))
+    made = bounds([(Hull(FLOOR), turn), (box, Matrix())])
+    sun = light("SUN", Vector((0.0, 1.0, 1.0)).normalized())
+    (tile,) = shadow_tiles([sun], ShadowBounds(made.casters, made.visible(looking_down(100.0))))
+    for x, y, z in ((0.5, -0.5, 0.0), (-0.5, -1.5, 1.0)):
+        point = Vector((x, y, z))
+        on_wall = point + Vector(sun.axis) * (-point.y / sun.axis[1])
+        assert holds(tile, point) and holds(tile, on_wall)
+    assert tile.texel * MAP_SIZE < 3.0
