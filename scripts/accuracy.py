@@ -105,6 +105,16 @@ def camera(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     yield Section(study.steps(load_character("human"), options.quick), {title: study.table})
 
 
+def skies(_options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
+    """Hold the Sky Texture of True Diffuse Realtime, and its sun, against Cycles."""
+    from true_diffuse.scripts.studies import skies as study
+
+    if len(engines) < len(NODE_ENGINES):
+        raise BadInput("Cycles and EEVEE's graphics driver are both needed")
+    register_realtime()
+    yield Section(study.steps(), {"Difference of Realtime from Cycles: RMS of skies, light of suns": study.table})
+
+
 def stability(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Hold GLSL and OSL in 32-bit floats against their formulas in 50 digits, and the plain subsurface formulas against ours."""
     try:
@@ -283,6 +293,7 @@ MEASURES: dict[str, Measure] = {
         soft,
         shadows,
         camera,
+        skies,
         stability,
         cost,
         scale,
