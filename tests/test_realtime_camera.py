@@ -278,3 +278,118 @@ def test_passes_of_a_border_are_those_of_the_whole_picture() -> None:
         width = len(PASSES[name])
         rows = [whole[name][width * (32 * row + 10) : width * (32 * row + 22)] for row in range(19, 28)]  # of rows from the top
         assert part[name] == pytest.approx([value for row in rows for value in row], abs=ROUND), name
+
+
+# ---- motion blur
+
+SPEED, WIDTH = 0.1, 0.3  # m in a frame, m: of a square
+SAMPLES = 64
+HEADWAY = {"START": 0.5, "CENTER": 0.0, "END": -0.5}  # of the middle of the shutter's time before the frame
+
+
+def linear(owner: bpy.types.bpy_struct, path: str, index: int, first: float, last: float) -> None:
+    """Key a value at the frames 0 and 10, with a straight line between."""
+    for frame, value in ((0, first), (10, last)):
+        if index < 0:
+            setattr(owner, path, value)
+        else:
+            getattr(owner, path)[index] = value
+        owner.keyframe_insert(path, index=index, frame=frame)
+    animation = owner.id_data.animation_data
+    for curve in animation.action.layers[0].strips[0].channelbag(animation.action_slot).fcurves:
+        for point in curve.keyframe_points:
+            point.interpolation = "LINEAR"
+
+
+def moving_square() -> tuple[bpy.types.Scene, bpy.types.Object]:
+    """Return a scene at its frame 4 and a square 1 m away, which is in the middle of the picture then and moves to the right."""
+    scene = scene_of()
+    square = rectangle(scene, (-WIDTH / 2.0, -9.0), (WIDTH / 2.0, 9.0), -1.0, shining())
+    linear(square, "location", 0, -4.0 * SPEED, 6.0 * SPEED)
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 1.5
+    scene.frame_set(4)
+    return scene, square
+
+
+def covered(x: float, open_until: Callable[[float], float], start: float, length: float) -> float:
+    """Return the fraction of the light in which the square is at `x` [m]: it is, from one time to another [frames from the middle].
+
+    `open_until` is the fraction of the light up to a fraction of the shutter's time, which starts at `start` and has `length`.
+    """
+    first, last = ((x + side * WIDTH / 2.0) / SPEED for side in (-1.0, 1.0))
+    return open_until(min(max((last - start) / length, 0.0), 1.0)) - open_until(min(max((first - start) / length, 0.0), 1.0))
+
+
+def middle_row(scene: bpy.types.Scene, engine: engines.Engine = engines.REALTIME, samples: int = SAMPLES) -> array[float]:
+    return red(scene, engine, samples)[SIZE * (SIZE // 2) :][:SIZE]
+
+
+def places() -> list[float]:
+    """Return where each pixel of a row is at 1 m [m]."""
+    return [0.72 * ((column + 0.5) / SIZE - 0.5) for column in range(SIZE)]
+
+
+@pytest.mark.parametrize("position", HEADWAY)
+def test_moving_square_is_there_for_the_time_that_it_takes(position: str) -> None:
+    """Each of the evenly spaced samples shows or does not show it, at both ends of that time."""
+    scene, _ = moving_square()
+    scene.render.motion_blur_position = position
+    start = 1.5 * (HEADWAY[position] - 0.5)
+    expected = [covered(x, lambda time: time, start, 1.5) for x in places()]
+    assert expected[SIZE // 2] > 0.0 and any(0.1 < value < 0.9 for value in expected)
+    assert list(middle_row(scene)) == pytest.approx(expected, abs=2.0 / SAMPLES)
+    assert (scene.frame_current, scene.frame_subframe) == (4, 0.0)
+
+
+def test_shutter_opens_as_its_curve_says() -> None:
+    """Of a curve that rises from 0 to 1, the light up to a time is its square."""
+    scene, _ = moving_square()
+    curve = scene.render.motion_blur_shutter_curve
+    points = curve.curves[0].points
+    while len(points) > 2:
+        points.remove(points[1])
+    for point, height in zip(points, (0.0, 1.0), strict=True):
+        point.location, point.handle_type = (height, height), "VECTOR"
+    curve.update()
+    expected = [covered(x, lambda time: time * time, -0.75, 1.5) for x in places()]
+    assert list(middle_row(scene)) == pytest.approx(expected, abs=2.0 / SAMPLES)
+
+
+def moving_camera(scene: bpy.types.Scene, square: bpy.types.Object) -> None:
+    square.animation_data_clear()
+    square.location.x = 0.0
+    linear(scene.camera, "location", 0, 4.0 * SPEED, -6.0 * SPEED)
+
+
+def moving_vertices(_: bpy.types.Scene, square: bpy.types.Object) -> None:
+    square.animation_data_clear()
+    square.location.x = 0.0
+    square.shape_key_add(name="Basis")
+    key = square.shape_key_add(name="Aside")
+    for point in key.data:
+        point.co.x += 1.0
+    key.slider_min = -10.0
+    linear(key, "value", -1, -4.0 * SPEED, 6.0 * SPEED)
+
+
+def moving_instance(scene: bpy.types.Scene, square: bpy.types.Object) -> None:
+    group = bpy.data.collections.new("Group")
+    scene.collection.objects.unlink(square)
+    group.objects.link(square)
+    empty = add(scene, "Instance", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", group
+
+
+@pytest.mark.parametrize("move", [moving_camera, moving_vertices, moving_instance])
+def test_whatever_moves_is_blurred(move: Callable[[bpy.types.Scene, bpy.types.Object], None]) -> None:
+    scene, square = moving_square()
+    move(scene, square)
+    scene.frame_set(4)
+    expected = [covered(x, lambda time: time, -0.75, 1.5) for x in places()]
+    assert list(middle_row(scene)) == pytest.approx(expected, abs=2.0 / SAMPLES)
+
+
+def test_motion_blur_is_that_of_cycles() -> None:
+    """With Blender's own curve. Cycles' 256 samples of a time are as uncertain as ours, and once in 256 more."""
+    scene, _ = moving_square()
+    assert list(middle_row(scene)) == pytest.approx(list(middle_row(scene, engines.CYCLES, 256)), abs=3.0 / SAMPLES)

@@ -79,6 +79,9 @@ class Recorder:
         assert hasattr(owner, name)
         self.names.add(name)
 
+    def template_curve_mapping(self, owner: object, name: str) -> None:
+        self.prop(owner, name)
+
     def label(self, text: str, **_options: object) -> None:
         self.texts.append(text)
 
@@ -165,6 +168,13 @@ def test_light_has_the_settings_that_are_drawn(kind: str, shape: str, expected: 
     assert names == always | expected
 
 
+def test_motion_blur_and_passes_have_their_settings() -> None:
+    names = {"motion_blur_position", "motion_blur_shutter", "motion_blur_shutter_curve"}
+    assert drawn(panels.TRUE_DIFFUSE_PT_motion_blur).names == names
+    shown = drawn(panels.TRUE_DIFFUSE_PT_passes, view_layer=bpy.context.view_layer).names
+    assert {"use_pass_z", "use_pass_normal", "use_pass_object_index", "use_pass_diffuse_color", "pass_alpha_threshold"} <= shown
+
+
 def test_object_that_is_drawn_can_be_hidden_from_the_camera_and_from_lights() -> None:
     cube = bpy.data.objects.new("Cube", bpy.data.meshes.new("Cube"))
     empty = bpy.data.objects.new("Empty", None)
@@ -186,10 +196,6 @@ def link(name: str, data: bpy.types.ID | None) -> bpy.types.Object:
     item = bpy.data.objects.new(name, data)
     bpy.context.scene.collection.objects.link(item)
     return item
-
-
-def blurred() -> None:
-    bpy.context.scene.render.use_motion_blur = True
 
 
 def panoramic() -> None:
@@ -237,7 +243,6 @@ def colored_by_nodes() -> None:
 
 
 SETTINGS = {
-    "motion blur": blurred,
     "cameras that are neither perspective nor orthographic are not rendered (1): Camera": panoramic,
     "spherical stereo is not drawn (1): Camera": spherical,
     "passes stay empty (1): Mist": with_passes,

@@ -604,10 +604,10 @@ def test_viewport_through_the_camera_draws_inside_its_border(stage: Stage) -> No
 
 
 def test_viewport_says_what_is_left_out_and_lists_settings_with_the_last_sample(stage: Stage) -> None:
-    """A hair object is left out of every sample; that motion blur is asked for is looked up once there is time."""
+    """A hair object is left out of every sample; that a pass is asked for is looked up once there is time."""
     window = Window(WIDTH)
     stage.scene.true_diffuse.viewport_samples = 2
-    stage.scene.render.use_motion_blur = True
+    bpy.context.view_layer.use_pass_mist = True
     stage.square()
     stage.link(bpy.data.objects.new("Hair", bpy.data.hair_curves.new("Hair")))
     window.update()

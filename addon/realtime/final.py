@@ -18,6 +18,7 @@ from .lens import read_lens
 from .passes import asked
 from .renderer import Renderer
 from .scene_cache import SceneCache
+from .shutter import open_shutter
 from .view import View, distances_of, eye_of
 
 DEPTH = "Depth"  # Blender's name of the pass
@@ -93,27 +94,33 @@ def _render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> N
         engine.add_pass(DEPTH, 1, "Z", layer=layer)
     for data in asked(depsgraph.view_layer):
         engine.add_pass(data.name, len(data.channels), data.channels, layer=layer)
-    for index, (name, view) in enumerate(views):
-        renderer.begin(view)
-        data_passes = renderer.data_passes(depsgraph, view)
-        for sample in range(samples):
-            if engine.test_break():
-                return
-            engine.update_stats("", f"Sample {sample + 1} of {samples}")
-            renderer.add(view, sample, scene.render.filter_size, background(scene, cache))
-            data_passes.add(view.at_sample(sample, scene.render.filter_size), sample)
-            if not sample and has_depth:  # of the pixels' centers
-                distances = renderer.read_distances(view)
-            engine.update_progress((index * samples + sample + 1) / (len(views) * samples))
-        pixels = renderer.read()
-        result = engine.begin_result(0, 0, width, height, layer=layer, view=name)
-        passes = result.layers[0].passes
-        passes["Combined"].rect.foreach_set(pixels)
-        if has_depth:
-            passes[DEPTH].rect.foreach_set(distances)
-        for data, values in data_passes.read():
-            passes[data.name].rect.foreach_set(values)
-        engine.end_result(result)
+    with open_shutter(engine, scene, samples) as go_to_sample:
+        for index, (name, view) in enumerate(views):
+            engine.active_view_set(name)
+            renderer.begin(view)
+            data_passes = renderer.data_passes(depsgraph, view)
+            for sample in range(samples):
+                if engine.test_break():
+                    return
+                engine.update_stats("", f"Sample {sample + 1} of {samples}")
+                if go_to_sample(sample):
+                    cache.update(depsgraph)
+                    view = _camera_view(engine, depsgraph, *size).cropped(x, y, width, height)
+                    renderer.move(view, sample)
+                renderer.add(view, sample, scene.render.filter_size, background(scene, cache))
+                data_passes.add(view.at_sample(sample, scene.render.filter_size), sample)
+                if not sample and has_depth:  # of the pixels' centers
+                    distances = renderer.read_distances(view)
+                engine.update_progress((index * samples + sample + 1) / (len(views) * samples))
+            pixels = renderer.read()
+            result = engine.begin_result(0, 0, width, height, layer=layer, view=name)
+            passes = result.layers[0].passes
+            passes["Combined"].rect.foreach_set(pixels)
+            if has_depth:
+                passes[DEPTH].rect.foreach_set(distances)
+            for data, values in data_passes.read():
+                passes[data.name].rect.foreach_set(values)
+            engine.end_result(result)
 
 
 def _view_names(engine: bpy.types.RenderEngine, layer: str) -> Iterator[str]:

@@ -91,8 +91,6 @@ def grouped(found: Iterable[Omission]) -> list[Group]:
 def of_settings(depsgraph: bpy.types.Depsgraph) -> Iterator[Omission]:
     """Yield what settings of the scene, its view layer, camera, world and objects ask for that the engine does not draw."""
     scene, layer = depsgraph.scene, depsgraph.view_layer
-    if scene.render.use_motion_blur:
-        yield Omission("SCENE_DATA", "motion blur is not drawn")
     if scene.camera and scene.camera.type == "CAMERA":
         for what in _of_camera(scene.camera.data, scene.render.use_multiview):
             yield Omission("CAMERA_DATA", what, scene.camera.name)

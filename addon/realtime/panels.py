@@ -83,6 +83,26 @@ class TRUE_DIFFUSE_PT_film(EnginePanel, bpy.types.Panel):
         column.prop(context.scene.render, "film_transparent", text="Transparent")
 
 
+class TRUE_DIFFUSE_PT_motion_blur(EnginePanel, bpy.types.Panel):
+    """The shutter of the camera in final renders"""
+
+    bl_label = "Motion Blur"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.render, "use_motion_blur", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings, layout = context.scene.render, split(self.layout)
+        layout.active = settings.use_motion_blur
+        column = layout.column()
+        column.prop(settings, "motion_blur_position", text="Position")
+        column.prop(settings, "motion_blur_shutter")
+        layout.template_curve_mapping(settings, "motion_blur_shutter_curve")
+        draw_wrapped(layout, context, "Each sample of a render is taken at another time; viewports show none", "INFO")
+
+
 class TRUE_DIFFUSE_PT_not_drawn(EnginePanel, bpy.types.Panel):
     """What the last picture of the realtime engine lacks, and what it shows instead"""
 
@@ -275,6 +295,7 @@ class TRUE_DIFFUSE_PT_material_settings(EnginePanel, bpy.types.Panel):
 PANELS = (
     TRUE_DIFFUSE_PT_sampling,
     TRUE_DIFFUSE_PT_film,
+    TRUE_DIFFUSE_PT_motion_blur,
     TRUE_DIFFUSE_PT_not_drawn,
     TRUE_DIFFUSE_PT_simplify,
     TRUE_DIFFUSE_PT_simplify_grease_pencil,

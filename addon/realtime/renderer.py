@@ -95,10 +95,23 @@ class Renderer:
             self._allocated = RenderTargets(*size)
         self._targets.sum.clear(format="FLOAT", value=TRANSPARENT)
         self._samples = 0
+        self._prepare(view)
+
+    def move(self, view: View, sample: int) -> None:
+        """Go on with the picture from a sample on, of the scene and the view as they are now. Raises DriverError."""
+        self.refresh()
+        before = self._targets
+        if before.subsurface != self.cache.has_subsurface:
+            self._allocated = RenderTargets(before.width, before.height, self.cache.has_subsurface)
+            self._allocated.sum, self._allocated.sum_buffer = before.sum, before.sum_buffer
+        self._prepare(view, sample)
+
+    def _prepare(self, view: View, sample: int = 0) -> None:
+        """Draw what samples of `view` from a first one on read."""
         with PROGRAM_LOCK:
             if any(reads_table(variant.features) for variant, _, _ in self._scene.draws):
                 specular_table()  # now, as it has a framebuffer of its own
-            self._shadow_maps.begin(view)
+            self._shadow_maps.begin(view, sample)
 
     def add(self, view: View, sample: int, filter_size: float, background: Rgba | Code) -> None:
         """Draw one sample of every pixel over `background` and add it to the picture; `filter_size` is in pixels."""

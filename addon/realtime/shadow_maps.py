@@ -30,20 +30,23 @@ class ShadowMaps:
         self._tiles: list[shadows.Tile] | None = None
         self._caster_version = -1  # of the scene that has been drawn
         self._map: gpu.types.GPUTexture | None = None
+        self._is_stale = True  # since the scene or the view has changed
 
-    def begin(self, view: View) -> None:
-        """Prepare for a picture of `view`."""
+    def begin(self, view: View, sample: int = 0) -> None:
+        """Prepare for samples of `view` from a first one on."""
         bounds = self._scene.bounds
         has_shadows = bounds is not None and self._scene.cache.lighting().shadows
         self._bounds = ShadowBounds(bounds.casters, bounds.visible(view)) if bounds and has_shadows else None
-        self.light(0)
+        self._is_stale = True
+        self.light(sample)
 
     def light(self, sample: int) -> None:
         """Send the lights as a sample sees them and draw their shadow maps, unless they are up to date."""
         scene = self._scene
         changes = scene.has_transparent_casters or any(light.is_soft for light in scene.cache.lights)
-        if sample and not changes:
+        if not (self._is_stale or changes):
             return
+        self._is_stale = False
         lights = [light.at_sample(sample, index) for index, light in enumerate(scene.cache.lights)]
         tiles = shadows.shadow_tiles(lights, self._bounds) if self._bounds else []
         is_moved = tiles != self._tiles or scene.caster_version != self._caster_version

@@ -32,6 +32,7 @@ class Characters:
     def __init__(self, mesh: bpy.types.Mesh) -> None:
         five = five_characters.build(mesh, 0.8, True, RESOLUTION)
         self.scene = five.scene
+        self.figures = [character.subject for character in five.characters]
         for character in five.characters:
             character.subject.material_slots[0].material = five.plain
         fill = bpy.data.lights.new("Fill", "AREA")

@@ -107,7 +107,6 @@ def not_drawn() -> Steps:
     properties.context = "RENDER"
     yield 2.0
     picture("nothing_left_out")
-    scene.render.use_motion_blur = True
     bpy.context.view_layer.use_pass_mist = True
     added = [bpy.data.objects.new("Fur", bpy.data.hair_curves.new("Fur"))]
     added.append(bpy.data.objects.new("Lantern", bpy.data.lights.new("Lantern", "POINT")))
@@ -124,7 +123,7 @@ def not_drawn() -> Steps:
     picture("not_drawn")
     for item in added:
         bpy.data.objects.remove(item)
-    scene.render.use_motion_blur = bpy.context.view_layer.use_pass_mist = False
+    bpy.context.view_layer.use_pass_mist = False
     scene.true_diffuse.viewport_samples = 4
     yield 1.0
 
