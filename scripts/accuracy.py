@@ -179,6 +179,34 @@ def frames(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
         title = "What of a frame's time is fixed and what grows, on the line through all"
         tables[title] = partial(study.growth_table, absolute=absolute)
     yield Section(study.steps(characters, options.quick), tables)
+    yield from competitors(options)
+
+
+def competitors(options: Namespace) -> Iterator[Section]:
+    """Time frames of Realtime, EEVEE and three.js."""
+    import gpu
+
+    from true_diffuse.scripts.studies import competitors as study
+    from true_diffuse.scripts.studies.web import enable_export
+    from true_diffuse.scripts.web.browser import DRIVER, browser
+
+    empty_file()
+    enable_export()
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        crowd = study.Crowd(load_character("human"), study.QUICK_SIZE if options.quick else study.SIZE)
+        try:
+            shared = stack.enter_context(browser(DRIVER))
+            three = study.Three(shared, stack.enter_context(shared.page(study.files(folder))))
+            there = f"three.js by {three.renderer}"
+        except WebError as error:
+            three, there = None, f"three.js is left out: {error}"
+        width, height = crowd.size
+        title = (
+            f"A frame of {width} x {height} pixels in ms of processor time, and in brackets over Realtime's\n"
+            f"Realtime and EEVEE by {gpu.platform.renderer_get()}, {there}"
+        )
+        yield Section(study.steps(crowd, three, folder, options.quick), {title: study.table})
 
 
 def viewport(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:

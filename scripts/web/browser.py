@@ -31,9 +31,6 @@ NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable"
 OPTIONS = (
     "--headless=new",  # the old one lacks the graphics process
     "--no-sandbox",  # which root cannot have; the pages are our own
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
     "--enable-unsafe-webgpu",
     "--use-webgpu-adapter=swiftshader",
     "--disable-sync",
@@ -42,6 +39,8 @@ OPTIONS = (
     "--disable-component-update",
     "--host-resolver-rules=MAP * ~NOTFOUND",  # no host has an address
 )
+SOFTWARE = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")  # what draws WebGL, of the browser's own
+DRIVER = ("--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist")  # the machine's OpenGL, as Blender takes it
 ORIGIN = "http://localhost"  # of the pages: of a secure context, as some interfaces of the browser need. No server is there
 TIME_LIMIT = 120.0  # seconds, of a call
 
@@ -144,8 +143,14 @@ class Browser:
     def __init__(self, itself: "playwright.Browser") -> None:
         self.version = itself.version
         self._itself = itself
-        processes = itself.new_browser_cdp_session().send("SystemInfo.getProcessInfo")["processInfo"]
-        self._process = next(process["id"] for process in processes if process["type"] == "browser")
+        self._process = next(process["id"] for process in self._processes() if process["type"] == "browser")
+
+    def processor_time(self) -> float:
+        """Return the processor time that all processes of the browser have taken [s], in steps of some 10 ms."""
+        return sum(process["cpuTime"] for process in self._processes())
+
+    def _processes(self) -> list[dict[str, Any]]:
+        return self._itself.new_browser_cdp_session().send("SystemInfo.getProcessInfo")["processInfo"]
 
     @contextmanager
     def page(self, files: Mapping[str, Path | str], size: tuple[int, int] = (1280, 720), touch: bool = False) -> Generator[Page]:
@@ -166,14 +171,17 @@ class Browser:
 
 
 @contextmanager
-def browser() -> Generator[Browser]:
-    """Yield a new browser, with a profile of its own that is removed. Raises WebError where it cannot be had."""
+def browser(drawn_by: tuple[str, ...] = SOFTWARE) -> Generator[Browser]:
+    """Yield a new browser, with a profile of its own that is removed; `drawn_by` is SOFTWARE or DRIVER.
+
+    Raises WebError where it cannot be had.
+    """
     if sync_playwright is None:
         raise WebError("the package playwright is not installed, which drives the browser (uv run --group web ...)")
     path = chromium()
     with sync_playwright() as driver:
         try:
-            itself = driver.chromium.launch(executable_path=path, args=OPTIONS)
+            itself = driver.chromium.launch(executable_path=path, args=[*OPTIONS, *drawn_by])
         except Error as error:
             raise WebError(f"{path} does not start: {str(error).splitlines()[0]}") from error
         try:
