@@ -13,16 +13,20 @@ from true_diffuse.addon.blender.glsl import source
 from true_diffuse.addon.material.expression import (
     Apply,
     Attribute,
+    Bump,
     Constant,
+    Coordinate,
     Curve,
     Expression,
     Image,
     ImageTexture,
+    NormalMap,
     UvMap,
     apply,
     compute,
     curve,
     evaluate,
+    rewritten,
     triple,
     walk,
 )
@@ -174,6 +178,16 @@ def test_shared_expressions_are_visited_once() -> None:
     assert len(list(walk(shared))) == 402  # P, the factor, and two operations a step
     assert shared.kind == "number"
     assert 0.0 <= float(evaluate(shared, Here())) < 0.75
+
+
+def test_rewriting_reaches_below_everything() -> None:
+    def whole(place: Expression) -> Expression:
+        height = curve(((0.0, 0.0), (1.0, 2.0)), apply("x", apply("multiply", place, 2.0)))
+        return apply("add", Bump(height), NormalMap(ImageTexture(Image("Image", "sRGB", is_data=False), place)))
+
+    first, second = Coordinate("generated"), Coordinate("object")
+    assert rewritten(whole(first), lambda one: second if one == first else None) == whole(second)
+    assert rewritten(whole(first), lambda _: None) == whole(first)
 
 
 def test_curve_between_and_outside_of_its_points() -> None:

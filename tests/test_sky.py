@@ -14,7 +14,7 @@ from true_diffuse.addon.material.expression import Coordinate, Image, ImageTextu
 from true_diffuse.addon.material.links import Place
 from true_diffuse.addon.material.read_nodes import NodeReader, UnsupportedInput
 from true_diffuse.addon.material.sky import Atmosphere, Sky, Sun, SunDisc
-from true_diffuse.addon.material.suns import DIRECTION, without_suns
+from true_diffuse.addon.material.suns import DIRECTION, is_sky_alone, without_suns
 from true_diffuse.addon.measure.error import difference
 from true_diffuse.addon.models.vector import from_polar
 from true_diffuse.addon.usd.expressions import Writer
@@ -138,5 +138,17 @@ def test_sun_behind_what_depends_on_direction_is_seen_in_its_own() -> None:
 
 
 def test_sun_behind_an_image_stays() -> None:
-    clouds = apply("multiply", SUNNY, ImageTexture(Image("Clouds", "sRGB", is_data=False), DIRECTION))
+    image = ImageTexture(Image("Clouds", "sRGB", is_data=False), DIRECTION)
+    clouds = apply("multiply", SUNNY, image)
     assert without_suns(clouds) == (clouds, [])
+    rest, (sun,) = without_suns(apply("add", SUNNY, image))
+    assert rest == apply("add", SUNLESS, image)
+    assert sun.radiance == pytest.approx(sun_of(SUNNY).radiance)
+
+
+def test_sky_without_its_sun_is_alone_unless_something_else_varies() -> None:
+    rest, _ = without_suns(apply("add", apply("multiply", SUNNY, 2.0), (0.1, 0.1, 0.1)))
+    assert is_sky_alone(rest)
+    assert not is_sky_alone(SUNNY)
+    assert not is_sky_alone(apply("add", SUNLESS, apply("z", DIRECTION)))
+    assert is_sky_alone(replace(SUNNY, sky=replace(SUNNY.sky, atmosphere=replace(SUNNY.sky.atmosphere, sun_elevation=-1.0))))

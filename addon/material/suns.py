@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The suns that an expression shows of its skies, apart from the rest. No bpy."""
 
+import math
 from dataclasses import replace
 
-from .expression import Constant, Coordinate, Expression, SkyTexture, evaluate, rewritten, triple, walk
+from .expression import Constant, Coordinate, Expression, ImageTexture, SkyTexture, as_kind, evaluate, rewritten, triple, walk
 from .operations import Triple, Value
 from .points import Unknown
 from .sky import Sun
 
 DIRECTION = Coordinate("position")
 """What stands for the direction in the radiance of a world."""
+ROUNDING = 1e-9  # of the sums that a sun's radiance, of a million, is the difference of
+BLACK, WHITE = Constant((0.0, 0.0, 0.0)), Constant((1.0, 1.0, 1.0))
 
 
 class _Direction(Unknown):
@@ -34,22 +37,38 @@ def without_suns(radiance: Expression) -> tuple[Expression, list[Sun]]:
         if sun is None:
             continue
         try:
-            lit, unlit = (_radiance_at(sun.direction, radiance, texture, color) for color in (sun.radiance, (0.0, 0.0, 0.0)))
+            shown, other = (_shown(sun, radiance, texture, images) for images in (BLACK, WHITE))
         except LookupError:
             continue
-        red, green, blue = (max(a - b, 0.0) for a, b in zip(lit, unlit, strict=True))
+        if math.dist(shown, other) > ROUNDING * math.hypot(*shown, *other):
+            continue
+        red, green, blue = (max(value, 0.0) for value in shown)
         if red or green or blue:
             suns.append(replace(sun, radiance=(red, green, blue)))
-        radiance = _replaced(radiance, texture, replace(texture, sky=replace(texture.sky, disc=None)))
+        sunless = replace(texture, sky=replace(texture.sky, disc=None))
+        radiance = rewritten(radiance, lambda one, texture=texture, sunless=sunless: sunless if one == texture else None)
     return radiance, suns
 
 
-def _replaced(radiance: Expression, texture: SkyTexture, other: Expression) -> Expression:
-    return rewritten(radiance, lambda one: other if one == texture else None)
+def _shown(sun: Sun, radiance: Expression, texture: SkyTexture, images: Constant) -> Triple:
+    """Return by how much a radiance is more with the sun of a sky than with that black, other skies being black, too."""
+
+    def at_sun(color: Constant) -> Triple:
+        def change(one: Expression) -> Expression | None:
+            match one:
+                case SkyTexture():
+                    return color if one == texture else BLACK
+                case ImageTexture():
+                    return as_kind(images, one.kind)
+            return None
+
+        return triple(evaluate(rewritten(radiance, change), _Direction(sun.direction)))
+
+    red, green, blue = (a - b for a, b in zip(at_sun(Constant(sun.radiance)), at_sun(BLACK), strict=True))
+    return red, green, blue
 
 
-def _radiance_at(direction: Triple, radiance: Expression, texture: SkyTexture, color: Triple) -> Triple:
-    """Return a radiance in which one sky has a `color` and all others are black."""
-    rest = _replaced(radiance, texture, Constant(color))
-    shown = rewritten(rest, lambda one: Constant((0.0, 0.0, 0.0)) if isinstance(one, SkyTexture) else None)
-    return triple(evaluate(shown, _Direction(direction)))
+def is_sky_alone(radiance: Expression) -> bool:
+    """Return whether a world's radiance varies as skies without a sun alone, in which nothing is as small and bright as a sun."""
+    rest = rewritten(radiance, lambda one: BLACK if isinstance(one, SkyTexture) and one.sky.sun() is None else None)
+    return isinstance(rest, Constant)
