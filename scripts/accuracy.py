@@ -115,6 +115,18 @@ def skies(_options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     yield Section(study.steps(), {"Difference of Realtime from Cycles: RMS of skies, light of suns": study.table})
 
 
+def world(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
+    """Hold True Diffuse Realtime against Cycles under skies with a sun, by the number of samples."""
+    from true_diffuse.scenes.sphere import sphere_under_sun
+    from true_diffuse.scripts.studies import world as study
+
+    if len(engines) < len(NODE_ENGINES):
+        raise BadInput("Cycles and EEVEE's graphics driver are both needed")
+    register_realtime()
+    steps = study.steps(sphere_under_sun(BOTH_SIZE), options.quick)
+    yield Section(steps, {"RMS difference of Realtime from Cycles under a sky": study.table})
+
+
 def stability(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Hold GLSL and OSL in 32-bit floats against their formulas in 50 digits, and the plain subsurface formulas against ours."""
     try:
@@ -320,6 +332,7 @@ MEASURES: dict[str, Measure] = {
         engines,
         soft,
         shadows,
+        world,
         camera,
         skies,
         stability,

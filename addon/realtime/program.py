@@ -26,6 +26,7 @@ STRUCTS = {
     "WorldTiles": f"vec4 tile[{MAX_TILES}];",
     "Caps": f"vec4 cap[{MAX_WORLD_SUNS}];",
 }
+_LUMINANCE = f"#define LUMINANCE {', '.join(map(str, LUMINANCE))}\n"
 SHADOW_TEXTURES = ("shadow_map", "shadow_tiles")
 GATHER_MAPS = ("radiance_map", "entering_map", "distance_map", "tint_map")  # the surface shader's outputs, in their order
 # Files of functions that the features of a material need
@@ -169,7 +170,7 @@ def surface_program(variant: Variant) -> Program:
     if has_table:
         more.append(_file("specular_albedo"))
     if lighting.world_map:
-        more += [_file("octahedral"), _file("world_light")]
+        more += [_file("hemispheres"), _file("world_light")]
     return _material_program(
         "true_diffuse_surface",
         variant.inputs,
@@ -275,9 +276,8 @@ def sky_program(name: str, constants: str) -> Program:
 def world_radiance_program(inputs: Inputs) -> Program:
     """Return the program that computes the octahedral map of a world of `inputs`, and what of it makes suns."""
     constants = {"size": "FLOAT", "threshold": "FLOAT", "bright": "FLOAT", "subsamples": "INT"}
-    luminance = f"#define LUMINANCE {', '.join(map(str, LUMINANCE))}\n"
     outputs = ("out_radiance", "out_excess", "out_moment")
-    return replace(_world_program("world_radiance", inputs, constants, luminance), outputs=outputs)
+    return replace(_world_program("world_radiance", inputs, constants, _LUMINANCE), outputs=outputs)
 
 
 def world_background_program(inputs: Inputs, subsurface_in_scene: bool) -> Program:
@@ -291,33 +291,36 @@ def world_background_program(inputs: Inputs, subsurface_in_scene: bool) -> Progr
 
 def world_suns_program() -> Program:
     """Return the program that sums what makes suns over blocks of texels."""
-    made = _fullscreen_program("world_suns", ("excess_map", "moment_map"), {"block": "INT"})
-    return replace(made, fragment=_file("octahedral") + made.fragment, outputs=("out_power", "out_moment"))
+    made = _sphere_program("world_suns", ("radiance_map", "excess_map", "moment_map"), {"block": "INT"})
+    return replace(made, fragment=_LUMINANCE + made.fragment, outputs=("out_power", "out_moment"))
 
 
 def world_remaining_program() -> Program:
     """Return the program that takes the suns out of a world."""
-    made = _fullscreen_program("world_remaining", ("radiance_map", "excess_map"), {"block": "INT"}, caps="Caps")
-    return replace(made, fragment=f"#define SUNS {MAX_WORLD_SUNS}\n{_file('octahedral')}{made.fragment}")
+    made = _sphere_program("world_remaining", ("radiance_map", "excess_map"), {"block": "INT"}, caps="Caps")
+    return replace(made, fragment=f"#define SUNS {MAX_WORLD_SUNS}\n{made.fragment}")
 
 
 def world_reduce_program() -> Program:
     """Return the program that makes a smaller tile of a map of a world."""
-    made = _fullscreen_program("world_reduce", ("radiance_map",), {"tile": "VEC4"})
-    return replace(made, fragment=_file("octahedral") + made.fragment)
+    return _sphere_program("world_reduce", ("radiance_map",), {"tile": "VEC4"})
 
 
-def world_irradiance_program() -> Program:
-    """Return the program that integrates a world over the hemisphere around each direction."""
-    made = _fullscreen_program("world_irradiance", ("world_map",), {"tile": "VEC4", "source": "VEC4"})
-    return replace(made, fragment=_file("octahedral") + made.fragment)
+def world_convolved_program() -> Program:
+    """Return the program that averages a world around each direction."""
+    return _sphere_program("world_convolved", ("world_map",), {"tile": "VEC4", "source": "VEC4", "sharpness": "FLOAT"})
 
 
 def world_glossy_program() -> Program:
     """Return the program that blurs a world as a rough surface reflects it."""
-    constants = {"tile": "VEC4", "alpha": "FLOAT"}
-    made = _fullscreen_program("world_glossy", ("world_map",), constants, world_tiles="WorldTiles")
-    return replace(made, fragment=_file("octahedral") + made.fragment)
+    constants = {"tile": "VEC4", "alpha": "FLOAT", "samples": "INT"}
+    return _sphere_program("world_glossy", ("world_map",), constants, world_tiles="WorldTiles")
+
+
+def _sphere_program(name: str, samplers: Sequence[str], constants: Mapping[str, str], **uniform_blocks: str) -> Program:
+    """Return a full-screen program with the functions of octahedral.glsl and hemispheres.glsl."""
+    made = _fullscreen_program(name, samplers, constants, **uniform_blocks)
+    return replace(made, fragment=_file("octahedral") + _file("hemispheres") + made.fragment)
 
 
 def _world_program(name: str, inputs: Inputs, constants: Mapping[str, str], definitions: str) -> Program:

@@ -3,7 +3,6 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import bpy
 
@@ -23,7 +22,6 @@ from ..material.expression import (
     triple,
 )
 from ..material.links import Place, is_nothing, source
-from ..material.operations import Triple
 from ..material.read_nodes import NodeReader, UnsupportedInput
 from ..material.sky import Sun
 from ..material.suns import DIRECTION, without_suns
@@ -49,19 +47,6 @@ type Radiance = Rgb | Code
 """One color [W/(m^2 sr)], or GLSL of it by direction."""
 
 
-class WorldSun(NamedTuple):
-    """A sun: the unit vector towards it, its irradiance on a plane that faces it [W/m^2], and half the angle across it [rad]."""
-
-    direction: Triple
-    irradiance: Rgb
-    half_angle: float
-
-    @classmethod
-    def of(cls, sun: Sun) -> "WorldSun":
-        """Return the sun of a sky."""
-        return cls(sun.direction, sun.irradiance, sun.diameter / 2.0)
-
-
 @dataclass(frozen=True)
 class World:
     """The radiance that the camera sees, and that of diffuse and of glossy reflection; the last two without the known `suns`.
@@ -74,7 +59,7 @@ class World:
     camera: Radiance
     diffuse: Radiance
     glossy: Radiance
-    suns: tuple[WorldSun, ...] = ()
+    suns: tuple[Sun, ...] = ()
     sun_threshold: float = 0.0
     has_shadows: bool = True
     resolution: int = 1024
@@ -113,14 +98,14 @@ def read_world(world: bpy.types.World | None, depsgraph: bpy.types.Depsgraph, ma
         return Reading(World(color, color, color))
     reader = _WorldReader(world, depsgraph)
     made: dict[str, Radiance] = {}
-    suns: tuple[WorldSun, ...] = ()
+    suns: tuple[Sun, ...] = ()
     for ray, light_path in RAYS.items():
         reader.begin(light_path)
         is_visible = getattr(world.cycles_visibility, ray) if hasattr(world, "cycles_visibility") else True
         expression = reader.radiance(Place(output.inputs["Surface"])) if is_visible else BLACK
         if ray != "camera":
             expression, found = without_suns(expression)
-            suns = tuple(map(WorldSun.of, found)) if ray == "diffuse" else suns
+            suns = tuple(found) if ray == "diffuse" else suns
         made[ray] = reader.written(expression, max_images)
     threshold, resolution = world.sun_threshold, int(world.probe_resolution)
     has_shadows = world.use_sun_shadow
@@ -189,7 +174,7 @@ class _WorldReader:
     def _of_direction(self, expression: Expression, label: str) -> Expression:
         """Return an expression with what it has of a surface's point made of the direction alone. Raises UnsupportedInput."""
 
-        def changed(one: Expression) -> Expression | None:
+        def change(one: Expression) -> Expression | None:
             match one:
                 case Coordinate(name, owner):
                     return self._coordinate(name, owner, label)
@@ -199,7 +184,7 @@ class _WorldReader:
                     raise UnsupportedInput(label, f"the node {'Bump' if isinstance(one, Bump) else 'Normal Map'} in a world")
             return None
 
-        return rewritten(expression, changed)
+        return rewritten(expression, change)
 
     def _coordinate(self, name: str, owner: str, label: str) -> Expression:
         if name not in COORDINATES:

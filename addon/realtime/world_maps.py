@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The light of a world on the graphics driver: its suns, and maps of the rest for diffuse and for glossy reflection.
 
-All maps are octahedral (shaders/realtime/octahedral.glsl) and made anew where the world has changed, of its expression in GLSL.
+They are made anew where the world has changed, of its expression in GLSL: first an octahedral map, whose texels share
+out the sphere (shaders/realtime/octahedral.glsl), and of it those that surfaces read, as two hemispheres (hemispheres.glsl).
 """
 
 import bisect
@@ -18,7 +19,7 @@ from mathutils import Vector
 
 from ..blender.glsl import triangle
 from ..material.expression import Image
-from ..material.sky import Atmosphere
+from ..material.sky import Atmosphere, Sun
 from ..models.color import LUMINANCE
 from ..models.vector import Vector as Triple
 from .driver import PROGRAM_LOCK, bound, missing_image, uniform_buffer
@@ -32,8 +33,8 @@ from .program import (
     Inputs,
     Program,
     world_background_program,
+    world_convolved_program,
     world_glossy_program,
-    world_irradiance_program,
     world_radiance_program,
     world_reduce_program,
     world_remaining_program,
@@ -41,26 +42,31 @@ from .program import (
 )
 from .sky import sky_map
 from .view import View
-from .world import Radiance, World, WorldSun
+from .world import Radiance, World
 
 MATTE_SIZE = 256  # texels across the map where nothing reflects it sharply
 SIZES = (128, 2048)  # the least and the most
 SMALLEST_TILE = 32  # texels across, of maps as smooth as the cosine
 INTEGRATED = 64  # texels across the map that the irradiance is the sum of
 SUN_GRID = 128  # blocks across the map in which suns are looked for: 1.6 degrees
-CAP = math.radians(10.0)  # how far around its brightest block a sun reaches
-FLAT = 0.8 * CAP  # the half angle from which on it is no sun
-FAINTEST = 0.02  # the part of the brightest sun's luminance that the others have at least
+CAP = math.radians(6.0)  # how far around its brightest block a sun reaches
+FLAT = math.radians(4.0)  # the half angle from which on it is no sun
+FAINTEST = 0.01  # the part of the world's luminance that a sun has at least
+SHARPNESS = 60.0  # of the smoothed map: a standard deviation of 7 degrees
+GLOSSY_SAMPLES = 48
+MIRROR = 1e-4  # alpha of what is reflected sharply
 BRIGHT = 10.0  # [W/(m^2 sr)] from which on all of a texel is looked at closely where no suns are made
 
 
 NO_CAP = (0.0, 0.0, 0.0, 2.0)
 
+type Given = gpu.types.GPUTexture | gpu.types.GPUUniformBuf | int | float | tuple[float, ...]
+"""Of a shader: a sampler, a block, or a number or vector."""
 type Cap = tuple[float, float, float, float]
 
 
 class Tile(NamedTuple):
-    """A square in a texture, without its border, in texels."""
+    """A square in a texture, or the left one of two, without its border, in texels."""
 
     x: int
     y: int
@@ -130,7 +136,7 @@ class WorldMaps:
         A part `uniform` of them is spread evenly, the others are as dense as the luminance.
         """
         if self._directions is None:
-            self._directions = _Directions(self._smooth)
+            self._directions = _Directions(self._small, self._small_tile)
         return list(self._directions.draw(count, sample, uniform))
 
     def _texture(self, world: World, read: Image | Atmosphere) -> gpu.types.GPUTexture:
@@ -167,25 +173,24 @@ class WorldMaps:
         glossy = diffuse
         if has_glossy and world.glossy != world.diffuse:
             glossy = self._rest(world, world.glossy, size, finds_suns=False)
-        sizes = [SMALLEST_TILE, SMALLEST_TILE]
         levels = int(math.log2(size)) - 1 if has_glossy else 0  # alpha from 4 / size to 1
-        sizes += [max(size >> level, SMALLEST_TILE) for level in range(levels)]
-        tiles, across = _placed(sizes)
+        sizes = [SMALLEST_TILE, SMALLEST_TILE, *(max(size >> level, SMALLEST_TILE) for level in range(levels))]
+        tiles, across = _placed(sizes, 2)
         self._map = gpu.types.GPUTexture(across, format="RGBA16F")
         self._map.filter_mode(True)
         self._tiles = _tile_block(tiles, levels - 1)
-        pyramid, parts = self._pyramid(diffuse, [INTEGRATED])
-        self._fill(self._map, world_irradiance_program, tiles[0], world_map=pyramid, source=(*parts[0], 0.0))
-        self._fill(self._map, world_reduce_program, tiles[1], radiance_map=diffuse)
-        self._smooth = gpu.types.GPUTexture((SMALLEST_TILE + 2,) * 2, format="RGBA32F")
-        self._fill(self._smooth, world_reduce_program, Tile(1, 1, SMALLEST_TILE), radiance_map=diffuse)
+        self._small, parts = self._pyramid(diffuse, [INTEGRATED, SMALLEST_TILE])
+        self._small_tile = parts[1]
+        for tile, sharpness in zip(tiles, (0.0, SHARPNESS), strict=False):
+            given: dict[str, Given] = {"world_map": self._small, "source": (*parts[0], 0.0), "sharpness": sharpness}
+            self._fill(self._map, world_convolved_program, tile, 2, **given)
         if has_glossy:
-            self._fill(self._map, world_reduce_program, tiles[2], radiance_map=glossy)
             pyramid, parts = self._pyramid(glossy, [size >> level for level in range(levels - 1)])
             block = _tile_block(parts, len(parts) - 1)
-            for level in range(1, levels):
-                alpha = 4.0 / size * 2.0**level
-                self._fill(self._map, world_glossy_program, tiles[2 + level], world_map=pyramid, alpha=alpha, world_tiles=block)
+            for level, tile in enumerate(tiles[2:]):
+                alpha = 4.0 / size * 2.0**level if level else MIRROR
+                given = {"world_map": pyramid, "alpha": alpha, "samples": GLOSSY_SAMPLES if level else 1, "world_tiles": block}
+                self._fill(self._map, world_glossy_program, tile, 2, **given)
 
     def _rest(self, world: World, radiance: Radiance, size: int, *, finds_suns: bool) -> gpu.types.GPUTexture:
         """Return the map of a radiance without the suns, which are found in it or known already."""
@@ -207,7 +212,7 @@ class WorldMaps:
             return maps[0]
         block = size // SUN_GRID
         if finds_suns:
-            self._caps = self._found_suns(maps[1], maps[2], block, world.has_shadows)
+            self._caps = self._found_suns(maps, block, world.has_shadows)
         if not self._caps:
             return maps[0]
         rest = gpu.types.GPUTexture((size, size), format="RGBA32F")
@@ -222,18 +227,19 @@ class WorldMaps:
             self._triangle.draw(shader)
         return rest
 
-    def _found_suns(self, excess: gpu.types.GPUTexture, moment: gpu.types.GPUTexture, block: int, has_shadows: bool) -> list[Cap]:
-        """Keep the suns of a map; return where they are: the direction of each and the cosine of how far it reaches."""
+    def _found_suns(self, maps: Sequence[gpu.types.GPUTexture], block: int, has_shadows: bool) -> list[Cap]:
+        """Keep the suns of the maps that world_radiance.glsl makes; return the direction of each and the cosine of its reach."""
         sums = [gpu.types.GPUTexture((SUN_GRID, SUN_GRID), format="RGBA32F") for _ in range(2)]
         with gpu.types.GPUFrameBuffer(color_slots=sums).bind():
             shader = bound(world_suns_program)
-            shader.uniform_sampler("excess_map", excess)
-            shader.uniform_sampler("moment_map", moment)
+            for name, texture in zip(("radiance_map", "excess_map", "moment_map"), maps, strict=True):
+                shader.uniform_sampler(name, texture)
             shader.uniform_int("block", block)
             self._triangle.draw(shader)
         powers, moments = (_floats(texture) for texture in sums)
         bright = {k: moments[4 * k + 3] for k in range(SUN_GRID * SUN_GRID) if moments[4 * k + 3] > 0.0}
-        caps, first = [], 0.0
+        faintest = FAINTEST * math.fsum(powers[3::4])
+        caps: list[Cap] = []
         while bright and len(caps) < MAX_WORLD_SUNS:
             brightest = texel_direction(max(bright, key=lambda k: bright[k]), SUN_GRID)
             inside = [k for k in bright if texel_direction(k, SUN_GRID).dot(brightest) >= math.cos(CAP)]
@@ -241,33 +247,34 @@ class WorldMaps:
             toward = Vector([math.fsum(moments[4 * k + axis] for k in inside) for axis in range(3)])
             # of a disk of even radiance, the mean of the cosine to its middle is that of 1 and its edge's
             half_angle = math.acos(min(1.0, max(2.0 * toward.length / luminance - 1.0, -1.0)))
-            if half_angle > FLAT or luminance < FAINTEST * first:
+            if half_angle > FLAT or luminance < faintest:
                 continue
-            first = first or luminance
             red, green, blue = (math.fsum(powers[4 * k + channel] for k in inside) for channel in range(3))
-            self.suns += (sun_light(WorldSun(tuple(toward.normalized()), (red, green, blue), half_angle), has_shadows),)
+            self.suns += (_light(tuple(toward.normalized()), (red, green, blue), half_angle, has_shadows),)
             caps.append((*brightest, math.cos(CAP)))
         return caps
 
     def _pyramid(self, radiance: gpu.types.GPUTexture, sizes: Sequence[int]) -> tuple[gpu.types.GPUTexture, list[Tile]]:
         """Return a map in smaller sizes, as one texture."""
-        tiles, across = _placed(sizes)
+        tiles, across = _placed(sizes, 1)
         made = gpu.types.GPUTexture(across, format="RGBA32F")
         made.filter_mode(True)
         for tile in tiles:
-            self._fill(made, world_reduce_program, tile, radiance_map=radiance)
+            self._fill(made, world_reduce_program, tile, 1, radiance_map=radiance)
         return made, tiles
 
-    def _fill(self, target: gpu.types.GPUTexture, make: Callable[[], Program], tile: Tile, **given: object) -> None:
-        """Draw a tile of `target` and its border by the program that `make` returns, which reads what is `given`."""
+    def _fill(self, target: gpu.types.GPUTexture, make: Callable[[], Program], tile: Tile, squares: int, **given: Given) -> None:
+        """Draw a tile of `target`, one square or two with borders, by the program that `make` returns, which reads `given`."""
         buffer = gpu.types.GPUFrameBuffer(color_slots=target)
         with buffer.bind():
-            buffer.viewport_set(tile.x - 1, tile.y - 1, tile.size + 2, tile.size + 2)
+            buffer.viewport_set(tile.x - 1, tile.y - 1, squares * (tile.size + 2), tile.size + 2)
             shader = bound(make)
             shader.uniform_float("tile", (*tile, 0.0))
             for name, value in given.items():
                 if isinstance(value, gpu.types.GPUTexture):
                     shader.uniform_sampler(name, value)
+                elif isinstance(value, int):
+                    shader.uniform_int(name, value)
                 elif isinstance(value, gpu.types.GPUUniformBuf):
                     shader.uniform_block(name, value)
                 else:
@@ -277,12 +284,11 @@ class WorldMaps:
 
 
 class _Directions:
-    """Draws directions by the luminance of a map of the size SMALLEST_TILE with its border."""
+    """Draws directions by the luminance of an octahedral tile of the size SMALLEST_TILE."""
 
-    def __init__(self, texture: gpu.types.GPUTexture) -> None:
-        texels = _floats(texture)
-        size, across = SMALLEST_TILE, SMALLEST_TILE + 2
-        starts = [4 * (across * (y + 1) + x + 1) for y in range(size) for x in range(size)]
+    def __init__(self, texture: gpu.types.GPUTexture, tile: Tile) -> None:
+        texels, size = _floats(texture), tile.size
+        starts = [4 * (texture.width * (tile.y + y) + tile.x + x) for y in range(size) for x in range(size)]
         self._radiance = [(texels[start], texels[start + 1], texels[start + 2]) for start in starts]
         lights = (math.fsum(a * b for a, b in zip(color, LUMINANCE, strict=True)) for color in self._radiance)
         self._sums = list(itertools.accumulate(light * solid_angle(k, size) for k, light in enumerate(lights)))
@@ -310,10 +316,15 @@ class _Directions:
             yield Sample(tuple(direction), self._radiance[texel], density)
 
 
-def sun_light(sun: WorldSun, casts_shadow: bool) -> Light:
+def sun_light(sun: Sun, casts_shadow: bool) -> Light:
     """Return a world's sun as a light."""
+    return _light(sun.direction, sun.irradiance, sun.diameter / 2.0, casts_shadow)
+
+
+def _light(direction: Triple, irradiance: Triple, half_angle: float, casts_shadow: bool) -> Light:
+    """Return a sun in a unit `direction`: its irradiance on a plane that faces it [W/m^2], and half the angle across it [rad]."""
     none = (0.0, 0.0, 0.0)
-    return Light("SUN", none, sun.direction, sun.irradiance, 0.0, 0.0, none, none, casts_shadow, sun.half_angle)
+    return Light("SUN", none, direction, irradiance, 0.0, 0.0, none, none, casts_shadow, half_angle)
 
 
 def texel_direction(texel: int, size: int, x: float = 0.5, y: float = 0.5) -> Vector:
@@ -345,18 +356,13 @@ def _texel(direction: Vector, size: int) -> int:
     return size * row + column
 
 
-def _placed(sizes: Sequence[int]) -> tuple[list[Tile], tuple[int, int]]:
-    """Return tiles of these sizes with borders around them, and the size of the texture: the largest on the left, others beside."""
-    first = sizes.index(max(sizes))
-    left, y, tiles = max(sizes) + 2, 0, []
-    for index, size in enumerate(sizes):
-        if index == first:
-            tiles.append(Tile(1, 1, size))
-        else:
-            tiles.append(Tile(left + 1, y + 1, size))
-            y += size + 2
-    others = [size for index, size in enumerate(sizes) if index != first]
-    return tiles, (left + (max(others) + 2 if others else 0), max(left, y))
+def _placed(sizes: Sequence[int], squares: int) -> tuple[list[Tile], tuple[int, int]]:
+    """Return tiles of these sizes, of so many squares with borders around them, and the size of the texture that holds them."""
+    tiles, y = [], 0
+    for size in sizes:
+        tiles.append(Tile(1, y + 1, size))
+        y += size + 2
+    return tiles, (squares * (max(sizes) + 2), y)
 
 
 def _tile_block(tiles: Sequence[Tile], last: int) -> gpu.types.GPUUniformBuf:

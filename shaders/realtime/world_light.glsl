@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The light of a world that varies, from the maps that addon/realtime/world_maps.py has. Of `world_tiles`, the first is its mean weighted
 // by the cosine to a direction, the second itself, smoothed, the others what GGX of alpha 4 / s, 8 / s, ... 1 reflects of it, s being the
-// size of the first of them. octahedral.glsl comes before it.
+// size of the first of them. hemispheres.glsl comes before it.
 
 const int RINGS = 3, SECTORS = 5;
 
 // Returns the irradiance of a surface, over pi [W/(m^2 sr)]; n: its unit normal.
 vec3 world_around(vec3 n)
 {
-    return octahedral_lookup(world_map, world_tiles.tile[0], n);
+    return hemispheres_lookup(world_map, world_tiles.tile[0], n);
 }
 
-// Returns the radiance, averaged over some 15 degrees, from a direction.
+// Returns the radiance, averaged over some 10 degrees, from a unit direction.
 vec3 world_smooth(vec3 direction)
 {
-    return octahedral_lookup(world_map, world_tiles.tile[1], direction);
+    return hemispheres_lookup(world_map, world_tiles.tile[1], direction);
 }
 
 // Returns the radiance that GGX of `alpha` has reflected, over its albedo; n, v: unit normal and direction to the viewer. What is
@@ -22,10 +22,10 @@ vec3 world_smooth(vec3 direction)
 vec3 world_reflected(vec3 n, vec3 v, float alpha)
 {
     float smoothness = 1.0 - alpha;
-    vec3 l = mix(n, reflect(-v, n), smoothness * (sqrt(smoothness) + alpha));
+    vec3 l = normalize(mix(n, reflect(-v, n), smoothness * (sqrt(smoothness) + alpha)));
     float level = clamp(log2(max(alpha, 1e-6) * world_tiles.tile[2].z / 4.0), 0.0, world_tiles.tile[0].w);
     int low = int(level), high = min(low + 1, int(world_tiles.tile[0].w));
-    return mix(octahedral_lookup(world_map, world_tiles.tile[2 + low], l), octahedral_lookup(world_map, world_tiles.tile[2 + high], l),
+    return mix(hemispheres_lookup(world_map, world_tiles.tile[2 + low], l), hemispheres_lookup(world_map, world_tiles.tile[2 + high], l),
         level - float(low));
 }
 

@@ -12,5 +12,5 @@ void main()
         octahedral_texel(part, size, solid_angle);
         sum += vec4(texelFetch(radiance_map, part, 0).rgb, 1.0) * solid_angle;
     }
-    result = vec4(min(sum.rgb / sum.a, 65000.0), 1.0); // the largest that 16 bits hold
+    result = sum / sum.a;
 }
