@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes on the driver: one buffer of positions and normals, indices for each material slot, other attributes on demand."""
 
+import math
 from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain, compress
@@ -42,15 +43,20 @@ class Mesh:
         positions = item_values(mesh.attributes["position"].data, "vector", 3)
         normals = item_values(mesh.corner_normals, "vector", 3)
         triangles = item_values(mesh.loop_triangles, "loops", CORNERS, "i")
-        slots = item_values(mesh.loop_triangles, "material_index", kind="i")
+        slots = array("i", bytes(4 * len(mesh.loop_triangles)))
+        if "material_index" in mesh.attributes:  # else all faces use the first
+            mesh.loop_triangles.foreach_get("material_index", slots)
         corner_positions = gathered(positions, 3, self._corners)
-        if not sum(map(abs, positions)) < LARGEST:  # the sum may be NaN
+        axes = [positions[axis::3] for axis in range(3)]
+        bounds = _bounds(axes)
+        if not (math.isfinite(sum(positions)) and is_finite(chain(*bounds))):  # the bounds do not show NaN
             triangles, slots = self._finite(corner_positions, triangles, slots)
+            bounds = _bounds([[x for x in axis if abs(x) < LARGEST] for axis in axes]) if slots else bounds
         if not slots:
             return
         self.triangles = len(slots)
         self._triangles = triangles
-        self.bounds = _bounds(positions)
+        self.bounds = bounds
         self.hull = _hull(self.bounds, corner_positions, triangles)
         self._surface = _vertices(len(self._corners), {"position": (3, corner_positions), "normal": (3, normals)})
         for slot in set(slots):
@@ -101,9 +107,8 @@ def box(low: Sequence[float], high: Sequence[float]) -> list[Point]:
     return [corners[corner] for a, b, c, d in faces for corner in (a, b, c, a, c, d)]
 
 
-def _bounds(positions: array[float]) -> tuple[Point, Point]:
-    """Return the lowest and the highest coordinates of finite positions."""
-    axes = [[x for x in positions[axis::3] if abs(x) < LARGEST] for axis in range(3)]
+def _bounds(axes: Sequence[Sequence[float]]) -> tuple[Point, Point]:
+    """Return the lowest and the highest of the coordinates along three axes."""
     (x0, x1), (y0, y1), (z0, z1) = ((min(values), max(values)) for values in axes)
     return (x0, y0, z0), (x1, y1, z1)
 
