@@ -54,24 +54,31 @@ class ShadowBounds:
     def __init__(self, casters: Sequence[Vector], polygons: Sequence[Polygon]) -> None:
         polygons = polygons or list(batched(casters, 3, strict=True))
         numbers: dict[tuple[float, ...], int] = {}
-        indices = [[numbers.setdefault(tuple(point), len(numbers)) for point in polygon] for polygon in polygons]
+        indices = [frozenset(numbers.setdefault(tuple(point), len(numbers)) for point in polygon) for polygon in polygons]
         self.points = [Vector(point) for point in numbers]
         self._faces = sorted(_faces(casters), key=lambda face: face.extent, reverse=True)
         self._found: dict[tuple[bool, ...], Shade] = {}
         tests = 0
         self.largest = max((abs(x) for point in numbers for x in point), default=0.0)
-        whole = _extent(self.points)
+        coordinates, whole = list(numbers), _extent(self.points)
+
+        def smaller(face: Face, side: set[int]) -> Sequence[Vector]:
+            """Return the corners of `face`, or the points of polygons on one `side` where those are within less space."""
+            around = set().union(*(polygon for polygon in indices if not polygon.isdisjoint(side)))
+            if around and face.extent <= (whole if len(around) == len(coordinates) else _extent([coordinates[k] for k in around])):
+                return face.corners
+            return [self.points[k] for k in around]
+
         for face in self._faces:
             tests += len(self.points)
             if tests > MAX_TESTS:
                 face.in_front = face.behind = face.corners if face.extent < whole else self.points
                 continue
             near = NEAR * max(self.largest, *(abs(x) for corner in face.corners for x in corner))
-            (x, y, z), offset = face.normal, face.offset
-            distances = [x * a + y * b + z * c - offset for a, b, c in numbers]
-            in_front = {k for polygon in indices if max(distances[k] for k in polygon) > near for k in polygon}
-            behind = {k for polygon in indices if min(distances[k] for k in polygon) < -near for k in polygon}
-            face.in_front, face.behind = (_smaller(face, [self.points[k] for k in side]) for side in (in_front, behind))
+            low, high = face.offset - near, face.offset + near
+            heights = list(enumerate(map(face.normal.dot, self.points)))
+            face.in_front = smaller(face, {k for k, height in heights if height > high})
+            face.behind = smaller(face, {k for k, height in heights if height < low})
 
     def shade(self, light: Light) -> "Shade":
         """Return what can be in the shadow of `light`."""
@@ -103,12 +110,7 @@ def _faces(corners: Sequence[Vector]) -> Iterator[Face]:
         yield last
 
 
-def _smaller(face: Face, points: Sequence[Vector]) -> Sequence[Vector]:
-    """Return the corners of `face`, or `points` where those are within less space or there are none."""
-    return face.corners if points and face.extent <= _extent(points) else points
-
-
-def _extent(points: Sequence[Vector]) -> float:
+def _extent(points: Sequence[Sequence[float]]) -> float:
     """Return the diagonal of the box around points [m]."""
     axes = list(zip(*points, strict=True))
     return Vector([max(axis) - min(axis) for axis in axes]).length if axes else 0.0
