@@ -24,6 +24,7 @@ from true_diffuse.addon.models import Model
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE
 from true_diffuse.addon.realtime import program, shadows
 from true_diffuse.addon.realtime.lights import Light
+from true_diffuse.addon.realtime.shadow_maps import ShadowMaps
 from true_diffuse.scenes.slab import slab
 from true_diffuse.scripts.studies.edge_profile import edge_width
 from true_diffuse.scripts.studies.slab_light import half_plane
@@ -468,6 +469,28 @@ def test_soft_shadow_is_that_of_cycles(kind: str, settings: dict[str, object], m
     expected = drawn(scene, engines.CYCLES, 256)
     assert rms_error(drawn(scene, samples=64), expected) < 0.02
     assert rms_error(drawn(scene), expected) > 0.04  # a single sample's shadow is hard
+
+
+def test_samples_draw_the_shadow_maps_of_soft_lights_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shadows, "MAP_SIZE", 512)
+    scene = empty_scene(64)
+    shown = material("Lambert")
+    add(scene, square(4.0, shown))
+    add(scene, ball(RADIUS, shown), Matrix.Translation(CENTER))
+    camera(scene, Vector((0.4, -2.0, 2.5)), Vector((0.0, -0.3, 0.0)), 35.0)
+    for x, angle in ((2.0, 0.0), (1.0, 0.4), (-1.0, 0.0)):
+        add_light(scene, "SUN", looking(Vector((x, 1.0, 3.0)), Vector()), energy=1.0, angle=angle)
+    draw, counts = ShadowMaps._draw, []
+
+    def counted(maps: ShadowMaps, tiles: list[shadows.Tile], sample: int) -> None:
+        counts.append(len(tiles))
+        draw(maps, tiles, sample)
+
+    monkeypatch.setattr(ShadowMaps, "_draw", counted)
+    got = drawn(scene, samples=4)
+    assert counts == [3, 1, 1, 1]
+    monkeypatch.setattr(ShadowMaps, "_draw", lambda maps, _, sample: draw(maps, maps._tiles, sample))
+    assert drawn(scene, samples=4) == got
 
 
 def test_lit_side_of_a_ball_does_not_shade_itself() -> None:

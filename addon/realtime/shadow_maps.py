@@ -3,6 +3,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from itertools import zip_longest
 
 import gpu
 from mathutils import Vector
@@ -26,8 +27,9 @@ class ShadowMaps:
     def __init__(self, scene: DriverScene) -> None:
         self._scene = scene
         self._bounds: ShadowBounds | None = None  # of the picture
+        self._lights: gpu.types.GPUUniformBuf | None = None
         self._sampled: list[Light] = []  # as the last sample saw them
-        self._tiles: list[shadows.Tile] | None = None
+        self._tiles: list[shadows.Tile] = []
         self._caster_version = -1  # of the scene that has been drawn
         self._map: gpu.types.GPUTexture | None = None
         self._is_stale = True  # since the scene or the view has changed
@@ -49,13 +51,18 @@ class ShadowMaps:
         self._is_stale = False
         lights = [light.at_sample(sample, index) for index, light in enumerate(scene.cache.lights)]
         tiles = shadows.shadow_tiles(lights, self._bounds) if self._bounds else []
-        is_moved = tiles != self._tiles or scene.caster_version != self._caster_version
-        if lights != self._sampled or is_moved:
-            self._sampled, self._tiles, self._caster_version = lights, tiles, scene.caster_version
+        before, self._tiles = self._tiles, tiles
+        if self._lights is None or lights != self._sampled or tiles != before:
+            self._sampled = lights
             counts = Counter(tile.light for tile in tiles)
             self._lights = uniform_buffer(lights_to_bytes(lights, [counts[index] for index in range(len(lights))]))
-        if self._bounds and (is_moved or scene.has_transparent_casters):
-            self._draw(tiles, sample)
+        if not self._bounds:
+            return
+        is_new = self._allocate(tiles) or scene.caster_version != self._caster_version or scene.has_transparent_casters
+        self._caster_version = scene.caster_version
+        same = [not is_new and tile == old for tile, old in zip_longest(tiles, before[: len(tiles)])]
+        if not all(same):
+            self._draw([tile for tile, is_same in zip(tiles, same, strict=True) if not is_same], sample)
 
     def give(self, shader: gpu.types.GPUShader, lighting: Lighting) -> None:
         """Have `shader` read the lights and, where `lighting` has them, their shadow maps."""
@@ -64,10 +71,11 @@ class ShadowMaps:
             shader.uniform_sampler("shadow_map", self._map)
             shader.uniform_sampler("shadow_tiles", self._places)
 
-    def _allocate(self, tiles: Sequence[shadows.Tile]) -> None:
-        """Make the shadow map large enough for `tiles`, and the texture that says where they are."""
+    def _allocate(self, tiles: Sequence[shadows.Tile]) -> bool:
+        """Make the shadow map large enough for `tiles`, and the texture that says where they are; return whether the map is new."""
         size = max((tile.x + tile.size for tile in tiles), default=1), max((tile.y + tile.size for tile in tiles), default=1)
-        if self._map is None or (self._map.width, self._map.height) != size:
+        is_new = self._map is None or (self._map.width, self._map.height) != size
+        if is_new:
             self._map = gpu.types.GPUTexture(size, format="R32F")
             # kept, as a framebuffer does not keep its textures
             self._depth = gpu.types.GPUTexture(size, format="DEPTH_COMPONENT32F")
@@ -75,18 +83,20 @@ class ShadowMaps:
         rows = b"".join(tile.to_bytes() for tile in tiles) or bytes(16 * shadows.Tile.TEXELS)
         data = gpu.types.Buffer("FLOAT", len(rows) // 4, memoryview(rows).cast("f"))
         self._places = gpu.types.GPUTexture((shadows.Tile.TEXELS, len(tiles) or 1), format="RGBA32F", data=data)
+        return is_new
 
     def _draw(self, tiles: Sequence[shadows.Tile], sample: int) -> None:
-        """Draw the shadow maps, transparent casters as this sample sees them."""
+        """Draw `tiles` of the shadow map anew, transparent casters as this sample sees them."""
         scene = self._scene
         opaque = [part for part, code in scene.casters if code is None]
         transparent = [(part, code) for part, code in scene.casters if code is not None]
-        self._allocate(tiles)
         with self._buffer.bind():
             use_depth_test()
-            self._buffer.clear(color=FAR, depth=1.0)
+            gpu.state.scissor_test_set(True)
             for tile in tiles:
                 self._buffer.viewport_set(tile.x, tile.y, tile.size, tile.size)
+                gpu.state.scissor_set(tile.x, tile.y, tile.size, tile.size)
+                self._buffer.clear(color=FAR, depth=1.0)
                 shader = bound(shadow_program)
                 scene.give_objects(shader)
                 shader.uniform_float("matrix", tile.matrix)
@@ -94,6 +104,7 @@ class ShadowMaps:
                     scene.draw_part(shader, part)
                 if transparent:
                     self._draw_transparent(tile, transparent, sample)
+            gpu.state.scissor_test_set(False)
             self._buffer.viewport_set(0, 0, self._depth.width, self._depth.height)
 
     def _draw_transparent(self, tile: shadows.Tile, casting: Sequence[tuple[Part, Code]], sample: int) -> None:
