@@ -604,16 +604,16 @@ def test_viewport_through_the_camera_draws_inside_its_border(stage: Stage) -> No
 
 
 def test_viewport_says_what_is_left_out_and_lists_settings_with_the_last_sample(stage: Stage) -> None:
-    """A hair object is left out of every sample; that a pass is asked for is looked up once there is time."""
+    """A point cloud is left out of every sample; that a pass is asked for is looked up once there is time."""
     window = Window(WIDTH)
     stage.scene.true_diffuse.viewport_samples = 2
     bpy.context.view_layer.use_pass_mist = True
     stage.square()
-    stage.link(bpy.data.objects.new("Hair", bpy.data.hair_curves.new("Hair")))
+    stage.link(bpy.data.objects.new("Points", bpy.data.pointclouds.new("Points")))
     window.update()
     for sample, listed in ((1, 1), (2, 2)):
         window.draw()
-        assert window.stats == (f"Sample {sample}/2", "Hair curves are not drawn (1)")
+        assert window.stats == (f"Sample {sample}/2", "Point clouds are not drawn (1)")
         assert len(not_drawn.messages(stage.scene)) == listed
 
 
@@ -726,14 +726,12 @@ def test_empty_meshes(stage: Stage) -> None:
 def test_objects_of_other_kinds_are_left_out_by_name(stage: Stage, capfd) -> None:
     stage.square()
     for name, data in (
-        ("Hair", bpy.data.hair_curves.new("Hair")),
         ("Points", bpy.data.pointclouds.new("Points")),
         ("Smoke", bpy.data.volumes.new("Smoke")),
     ):
         stage.link(bpy.data.objects.new(name, data))
     assert stage.render().at(0.0) == gray(LIT)
     assert set(warnings(capfd)) == {
-        "Hair: hair curves are not drawn",
         "Points: point clouds are not drawn",
         "Smoke: volumes are not drawn",
     }

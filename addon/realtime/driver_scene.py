@@ -75,13 +75,13 @@ class DriverScene:
             self.casters = casters
             self.caster_version += 1
         attributes = {uid: material.attributes for uid, material in cache.materials.items()}
-        drawn: dict[tuple[RenderMaterial, bool], list[Part]] = {}
+        drawn: dict[tuple[RenderMaterial, bool, bool], list[Part]] = {}
         self._calls = {}
         for (part, group), first in zip(cache.groups.items(), self._first, strict=True):
             self._calls[part] = part.mesh.batches[part.slot, attributes[part.material]], first, len(group)
             if part.is_visible:
-                drawn.setdefault((cache.materials[part.material], part.is_holdout), []).append(part)
-        draws = ((cache.variant(material, is_holdout), material, parts) for (material, is_holdout), parts in drawn.items())
+                drawn.setdefault((cache.materials[part.material], part.is_holdout, part.is_strip), []).append(part)
+        draws = ((cache.variant(*key), key[0], parts) for key, parts in drawn.items())
         self.draws = sorted(draws, key=lambda draw: (draw[0].model.stem, draw[0].inputs.text))
         return True
 
@@ -104,6 +104,8 @@ class DriverScene:
         """Draw the objects that show a part, in one call."""
         batch, first, count = self._calls[part]
         shader.uniform_int("first_object", first)
+        if part.mesh.points is not None:
+            shader.uniform_sampler("strip_points", part.mesh.points)
         batch.draw_instanced(shader, instance_count=count)
 
     def give_objects(self, shader: gpu.types.GPUShader) -> None:

@@ -113,16 +113,9 @@ def _corner_attribute(mesh: bpy.types.Mesh, name: str, corners: array[int]) -> F
     index = mesh.color_attributes.render_color_index
     is_default = not name and 0 <= index < len(mesh.color_attributes)
     attribute = mesh.color_attributes[index] if is_default else mesh.attributes.get(name) if name else None
-    if attribute is None or attribute.data_type not in COMPONENTS:
+    colors = attribute_colors(attribute) if attribute else None
+    if attribute is None or colors is None:
         return None
-    item, width = COMPONENTS[attribute.data_type]
-    if item == "value":
-        numbers = [0] * len(attribute.data) if attribute.data_type != "FLOAT" else [0.0] * len(attribute.data)
-        attribute.data.foreach_get("value", numbers)
-        values = array("f", (float(number) for number in numbers))
-    else:
-        values = item_values(attribute.data, item, width)
-    colors = _as_colors(values, width)
     match attribute.domain:
         case "CORNER":
             return colors
@@ -132,6 +125,18 @@ def _corner_attribute(mesh: bpy.types.Mesh, name: str, corners: array[int]) -> F
             totals = item_values(mesh.polygons, "loop_total", kind="i")
             return gathered(colors, 4, [face for face, total in enumerate(totals) for _ in range(total)])
     return None
+
+
+def attribute_colors(attribute: bpy.types.Attribute) -> array[float] | None:
+    """Return an attribute's items as colors; None for a type that is none of COMPONENTS."""
+    if attribute.data_type not in COMPONENTS:
+        return None
+    item, width = COMPONENTS[attribute.data_type]
+    if item == "value":
+        numbers = [0] * len(attribute.data) if attribute.data_type != "FLOAT" else [0.0] * len(attribute.data)
+        attribute.data.foreach_get("value", numbers)
+        return _as_colors(array("f", (float(number) for number in numbers)), width)
+    return _as_colors(item_values(attribute.data, item, width), width)
 
 
 def _as_colors(values: array[float], width: int) -> array[float]:

@@ -19,23 +19,37 @@ LARGEST = 1e18  # its square is a finite 32-bit float, too
 type Point = tuple[float, float, float]
 
 
-class Mesh:
-    """A mesh on the driver. Its vertices there are the mesh's corners, as the faces at a vertex differ in normals and UVs.
+class Geometry[Data: bpy.types.ID]:
+    """What a mesh or curves are on the driver.
 
-    `slots` holds the index buffer of each material slot that faces use; `hull` the corners of triangles that enclose the mesh;
-    `bounds` its lowest and highest coordinates;
-    `triangles` is the number of triangles drawn, `skipped` of those left out because a vertex is not finite. `batches` has what
-    `prepare` made ready to draw, by slot and attributes.
+    `slots` holds the index buffer of each material slot that is used; `hull` the corners of triangles that enclose the geometry;
+    `bounds` its lowest and highest coordinates; `triangles` is the number of triangles drawn, `skipped` of those left out because
+    a vertex is not finite. `batches` has what is ready to draw, by slot and attributes. `points` are the control points of curves.
     """
 
-    def __init__(self, mesh: bpy.types.Mesh) -> None:
-        """Send the evaluated `mesh` to the driver."""
+    points: gpu.types.GPUTexture | None = None
+
+    def __init__(self) -> None:
         self.slots: dict[int, gpu.types.GPUIndexBuf] = {}
         self.hull: list[Point] = []
         self.bounds: tuple[Point, Point] = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         self.skipped = 0
         self.triangles = 0
         self.batches: dict[tuple[int, tuple[MeshAttribute, ...]], gpu.types.GPUBatch] = {}
+
+    def prepare(
+        self, data: Data, wanted: Mapping[int, tuple[MeshAttribute, ...]], scratch: Callable[[], bpy.types.Mesh], /
+    ) -> None:
+        """Make each slot ready to draw with the attributes of the evaluated `data` that are `wanted` for it."""
+        raise NotImplementedError
+
+
+class Mesh(Geometry[bpy.types.Mesh]):
+    """A mesh on the driver. Its vertices there are the mesh's corners, as the faces at a vertex differ in normals and UVs."""
+
+    def __init__(self, mesh: bpy.types.Mesh) -> None:
+        """Send the evaluated `mesh` to the driver."""
+        super().__init__()
         self._attributes: dict[MeshAttribute, gpu.types.GPUVertBuf] = {}
         if not len(mesh.loop_triangles):
             return
@@ -58,12 +72,12 @@ class Mesh:
         self._triangles = triangles
         self.bounds = bounds
         self.hull = _hull(self.bounds, corner_positions, triangles)
-        self._surface = _vertices(len(self._corners), {"position": (3, corner_positions), "normal": (3, normals)})
+        self._surface = vertex_buffer(len(self._corners), {"position": (3, corner_positions), "normal": (3, normals)})
         for slot in set(slots):
-            self.slots[slot] = _indices(triangles, [index == slot for index in slots] if len(set(slots)) > 1 else None)
+            self.slots[slot] = index_buffer(triangles, [index == slot for index in slots] if len(set(slots)) > 1 else None)
 
     def prepare(
-        self, mesh: bpy.types.Mesh, wanted: Mapping[int, tuple[MeshAttribute, ...]], scratch: Callable[[], bpy.types.Mesh]
+        self, mesh: bpy.types.Mesh, wanted: Mapping[int, tuple[MeshAttribute, ...]], scratch: Callable[[], bpy.types.Mesh], /
     ) -> None:
         """Make the triangles of each slot ready to draw with the attributes of `mesh` that are `wanted` for the slot.
 
@@ -78,7 +92,7 @@ class Mesh:
                 values = faces.tangents(values, scratch())
             if values is None:  # as in Blender, a missing attribute is 0
                 values = array("f", bytes(4 * WIDTHS[kind] * len(self._corners)))
-            self._attributes[kind, name] = _vertices(len(self._corners), {attribute_name((kind, name)): (WIDTHS[kind], values)})
+            self._attributes[kind, name] = vertex_buffer(len(self._corners), {attribute_name((kind, name)): (WIDTHS[kind], values)})
         for slot, attributes in wanted.items():
             if (slot, attributes) not in self.batches:
                 batch = gpu.types.GPUBatch(type="TRIS", buf=self._surface, elem=self.slots[slot])
@@ -124,12 +138,13 @@ def _selected(triangles: array[int], keep: list[bool]) -> array[int]:
     return array("i", compress(triangles, (kept for kept in keep for _ in range(CORNERS))))
 
 
-def _indices(triangles: array[int], keep: list[bool] | None) -> gpu.types.GPUIndexBuf:
+def index_buffer(triangles: array[int], keep: list[bool] | None = None) -> gpu.types.GPUIndexBuf:
+    """Return the indices of `triangles`, of those alone that are to be kept."""
     selected = triangles if keep is None else _selected(triangles, keep)
     return gpu.types.GPUIndexBuf(type="TRIS", seq=memoryview(selected).cast("B").cast("i", (len(selected) // CORNERS, CORNERS)))
 
 
-def _vertices(count: int, attributes: dict[str, tuple[int, Floats | array[float]]]) -> gpu.types.GPUVertBuf:
+def vertex_buffer(count: int, attributes: dict[str, tuple[int, Floats | array[float]]]) -> gpu.types.GPUVertBuf:
     """Return a buffer of `count` vertices with `attributes`: for each the number of its components, and its values."""
     layout = gpu.types.GPUVertFormat()
     for name, (width, _) in attributes.items():

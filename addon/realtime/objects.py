@@ -10,7 +10,7 @@ import bpy
 
 from mathutils import Matrix
 
-from .meshes import LARGEST, Mesh
+from .meshes import LARGEST, Geometry
 
 MATRIX_SIZE = 16  # floats
 MATRIX_BYTES = 4 * MATRIX_SIZE
@@ -22,17 +22,22 @@ type Identity = tuple[object, ...]
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """The faces of one material slot of a mesh, drawn in one way for all objects that show them.
+    """The faces of one material slot of a mesh, or curves, drawn in one way for all objects that show them.
 
     `material` is the material's key in SceneCache.materials; `is_visible` to the camera; `is_holdout` cuts a hole into the picture.
     """
 
-    mesh: Mesh
+    mesh: Geometry
     slot: int
     material: int
     is_visible: bool
     casts_shadow: bool
     is_holdout: bool = False
+
+    @property
+    def is_strip(self) -> bool:
+        """Whether it is drawn as strips along curves."""
+        return self.mesh.points is not None
 
 
 class Visibility(NamedTuple):

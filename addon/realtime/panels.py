@@ -192,7 +192,7 @@ class TRUE_DIFFUSE_PT_ray_visibility(EnginePanel, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return super().poll(context) and context.object is not None and context.object.type in WITH_FACES
+        return super().poll(context) and context.object is not None and context.object.type in WITH_FACES | {"CURVES"}
 
     def draw(self, context: bpy.types.Context) -> None:
         column = split(self.layout).column()

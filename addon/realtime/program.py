@@ -42,6 +42,12 @@ FEATURE_STEMS: Mapping[str, tuple[str, ...]] = {
 }
 
 
+MESH_VERTEX = ("transform_normal", "surface_vertex")
+MESH_VARYINGS = dict.fromkeys(("world_position", "world_normal", "object_position", "object_normal"), "VEC3")
+STRIP_VERTEX = ("strip", "strip_vertex")
+STRIP_VARYINGS = {"strip_position": "VEC3", "object_position": "VEC3", "strip_across": "VEC4", "strip_facing": "VEC4"}
+
+
 @dataclass(frozen=True)
 class Lighting:
     """What a scene's lights ask of every surface shader: their `types`, of LIGHT_TYPES, shadow maps, an ambient term.
@@ -65,11 +71,13 @@ class Inputs:
     images: int
     vectors: int
     """Of four numbers, in the block."""
+    is_strip: bool = False
+    """Whether strips along curves show it, rather than meshes."""
 
     @classmethod
-    def of(cls, code: Code) -> "Inputs":
+    def of(cls, code: Code, is_strip: bool = False) -> "Inputs":
         """Return that part of `code`."""
-        return cls(code.text, code.attributes, code.stems, len(code.images), len(code.values) // 4)
+        return cls(code.text, code.attributes, code.stems, len(code.images), len(code.values) // 4, is_strip)
 
 
 @dataclass(frozen=True)
@@ -208,19 +216,25 @@ def _material_program(
     outputs: tuple[str, ...] = ("result",),
     declarations: str = "",
 ) -> Program:
-    """Return a program that draws meshes by a material's `inputs`; `fragment` is a file of shaders/realtime, after `functions`."""
+    """Return a program that draws meshes or strips by a material's `inputs`.
+
+    `fragment` is a file of shaders/realtime, which comes after `functions`.
+    """
     names = {attribute_name(attribute): f"VEC{WIDTHS[attribute[0]]}" for attribute in inputs.attributes}
     passed = "".join(f" varying_{one} = {one};" for one in names)
     point = ", ".join(("world_position", "object_position", *(f"varying_{one}" for one in names)))
+    if inputs.is_strip:
+        definitions = (*definitions, "STRIP")
     defines = "\n".join(f"#define {one}" for one in (*definitions, f"PASS_ATTRIBUTES{passed}", f"SHADED_POINT Point({point})"))
     return Program(
         name=name,
-        vertex="\n".join((defines, _file("objects"), _file("transform_normal"), _file("surface_vertex"))),
+        vertex="\n".join((defines, _file("objects"), *map(_file, STRIP_VERTEX if inputs.is_strip else MESH_VERTEX))),
         fragment="\n".join(
             (
                 defines,
                 _file("objects"),
                 _file("transform_normal"),
+                *((_file("strip_point"),) if inputs.is_strip else ()),
                 _file("shaded_point"),
                 _file("transparency"),
                 *functions,
@@ -229,12 +243,14 @@ def _material_program(
                 _file(fragment),
             )
         ),
-        attributes={"position": "VEC3", "normal": "VEC3"} | names,
-        varyings=dict.fromkeys(("world_position", "world_normal", "object_position", "object_normal"), "VEC3")
-        | {f"varying_{one}": kind for one, kind in names.items()},
+        attributes=({"strip": "VEC4"} if inputs.is_strip else {"position": "VEC3", "normal": "VEC3"}) | names,
+        varyings=(STRIP_VARYINGS if inputs.is_strip else MESH_VARYINGS) | {f"varying_{one}": kind for one, kind in names.items()},
         flat_varyings={"object_index": "INT", "orientation": "FLOAT"},
         constants={"first_object": "INT"},
-        samplers={"objects": "FLOAT_2D"} | dict(samplers or {}) | {f"image_{index}": "FLOAT_2D" for index in range(inputs.images)},
+        samplers={"objects": "FLOAT_2D"}
+        | ({"strip_points": "FLOAT_2D"} if inputs.is_strip else {})
+        | dict(samplers or {})
+        | {f"image_{index}": "FLOAT_2D" for index in range(inputs.images)},
         uniform_blocks={"view": "View", "material": "Material"} | dict(blocks or {}),
         outputs=outputs,
         declarations=f"{declarations}struct Material {{ vec4 values[{inputs.vectors}]; }};\n",
@@ -251,6 +267,18 @@ def shadow_program() -> Program:
         attributes={"position": "VEC3", "normal": "VEC3"},
         constants={"matrix": "MAT4", "first_object": "INT"},  # from the world to the light's clip space
         samplers={"objects": "FLOAT_2D"},
+    )
+
+
+def strip_shadow_program() -> Program:
+    """Return the program that draws curves into a shadow map, as strips that face the light."""
+    return replace(
+        shadow_program(),
+        name="true_diffuse_strip_shadow",
+        vertex="\n".join(map(_file, ("objects", "strip", "strip_shadow_vertex"))),
+        attributes={"strip": "VEC4"},
+        constants={"matrix": "MAT4", "eye": "VEC4", "first_object": "INT"},
+        samplers={"objects": "FLOAT_2D", "strip_points": "FLOAT_2D"},
     )
 
 

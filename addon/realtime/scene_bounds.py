@@ -7,7 +7,7 @@ from itertools import batched
 
 from mathutils import Vector
 
-from .meshes import Mesh, Point, box
+from .meshes import Geometry, Point, box
 from .objects import MATRIX_BYTES, Part, matrix
 from .view import View
 
@@ -17,7 +17,7 @@ BOX_TRIANGLES = 12
 type Triangle = tuple[Vector, Vector, Vector]
 type Range = tuple[Point, Point]
 """The lowest and the highest coordinates [m]."""
-type Placed = tuple[Mesh, bytes]
+type Placed = tuple[Geometry, bytes]
 """A mesh and the matrix of an object that shows it."""
 
 
@@ -66,7 +66,7 @@ class SceneBounds:
         return list(batched(corners, 3, strict=True))
 
 
-def _range(mesh: Mesh, place: bytes) -> Range:
+def _range(mesh: Geometry, place: bytes) -> Range:
     """Return the range of a mesh's box in the world."""
     m = memoryview(place).cast("f")
     low, high = mesh.bounds

@@ -16,11 +16,11 @@ from .meshes import Mesh, is_finite
 from .not_drawn import Omission
 from .objects import Identity, IsShown, Part, Visibility
 from .program import MAX_LIGHTS, Inputs, Lighting, Variant
+from .strips import Strips
 from .world import NO_WORLD, World, read_world
 
 BLACK: Rgb = (0.0, 0.0, 0.0)
 NOT_DRAWN = {  # by Blender's types of objects
-    "CURVES": Omission("OUTLINER_OB_CURVES", "hair curves are not drawn"),
     "POINTCLOUD": Omission("OUTLINER_OB_POINTCLOUD", "point clouds are not drawn"),
     "VOLUME": Omission("OUTLINER_OB_VOLUME", "volumes are not drawn"),
 }
@@ -62,7 +62,7 @@ class SceneCache:
     _settings: tuple[int, float] | None = None  # the view layer's material, and the length of a meter
     _identity: Identity | None = None  # of the objects in `groups`
     _names: dict[int, str] = field(default_factory=dict)  # of the materials
-    _meshes: dict[MeshKey, Mesh] = field(default_factory=dict)
+    _meshes: dict[MeshKey, Mesh | Strips] = field(default_factory=dict)
     _users: dict[MeshKey, set[int]] = field(default_factory=dict)  # session_uids of the data and the objects of each mesh
     _records: dict[RecordKey, Record] = field(default_factory=dict)
     _visibility: dict[int, Visibility] = field(default_factory=dict)  # of objects by their session_uid, as their own settings say
@@ -108,9 +108,12 @@ class SceneCache:
         has_map = not self.environment.is_even
         return Lighting(types, any(light.casts_shadow for light in self.lights), has_map or any(self.world), has_map)
 
-    def variant(self, material: RenderMaterial, is_holdout: bool) -> Variant:
-        """Return the shader variant for `material` under the scene's lights, or for the hole that a holdout of it cuts."""
-        inputs, features = Inputs.of(material.code), material.features | ({HOLDOUT} if is_holdout else set())
+    def variant(self, material: RenderMaterial, is_holdout: bool, is_strip: bool = False) -> Variant:
+        """Return the shader variant for `material` under the scene's lights, or for the hole that a holdout of it cuts.
+
+        `is_strip`: of curves.
+        """
+        inputs, features = Inputs.of(material.code, is_strip), material.features | ({HOLDOUT} if is_holdout else set())
         return Variant(material.model, inputs, features, self.has_subsurface, self.lighting())
 
     def update(self, depsgraph: bpy.types.Depsgraph, is_shown: IsShown | None = None) -> bool:
@@ -199,7 +202,8 @@ class SceneCache:
         for index, instance in enumerate(depsgraph.object_instances):
             item = instance.object
             kind = item.type
-            if kind not in ("MESH", "LIGHT", *NOT_DRAWN):  # Blender lists the meshes of texts, curves and metaballs separately
+            # Blender lists the meshes of texts, curves and metaballs separately; CURVES are hair
+            if kind not in ("MESH", "CURVES", "LIGHT", *NOT_DRAWN):
                 continue
             owner = instance.parent if instance.is_instance else item
             if not instance.show_self or not (is_shown is None or is_shown(owner)):
@@ -249,16 +253,16 @@ class SceneCache:
     @staticmethod
     def _mesh_key(item: bpy.types.Object) -> MeshKey:
         data = item.data
-        # the mesh data of an object in edit mode is empty
-        return item.original.as_pointer() if data.is_editmode else data.as_pointer(), (data.original or data).session_uid
+        is_edited = item.type == "MESH" and data.is_editmode  # its mesh data is empty then
+        return item.original.as_pointer() if is_edited else data.as_pointer(), (data.original or data).session_uid
 
     def _record(self, item: bpy.types.Object, key: RecordKey, override: bpy.types.Material | None) -> Record:
         """Return what is read of an object, with its mesh where that is kept."""
         mesh_key, uid, shown = key
-        data = item.to_mesh() if item.data.is_editmode else item.data
+        data = item.to_mesh() if item.type == "MESH" and item.data.is_editmode else item.data
         mesh = self._meshes.get(mesh_key)
         if mesh is None:
-            mesh = self._meshes[mesh_key] = Mesh(data)
+            mesh = self._meshes[mesh_key] = Strips(data) if item.type == "CURVES" else Mesh(data)
             self._users[mesh_key] = set()
         uids = frozenset((uid, mesh_key[1]))
         self._users[mesh_key] |= uids

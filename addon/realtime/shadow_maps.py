@@ -14,7 +14,7 @@ from .driver_scene import DriverScene
 from .expressions import Code
 from .lights import Light, lights_to_bytes
 from .objects import Part
-from .program import Inputs, Lighting, shadow_program, transparent_shadow_program
+from .program import Inputs, Lighting, shadow_program, strip_shadow_program, transparent_shadow_program
 from .shadow_bounds import ShadowBounds
 from .view import View
 
@@ -89,6 +89,7 @@ class ShadowMaps:
         """Draw `tiles` of the shadow map anew, transparent casters as this sample sees them."""
         scene = self._scene
         opaque = [part for part, code in scene.casters if code is None]
+        meshes, strips = ([part for part in opaque if part.is_strip == is_strip] for is_strip in (False, True))
         transparent = [(part, code) for part, code in scene.casters if code is not None]
         with self._buffer.bind():
             use_depth_test()
@@ -97,11 +98,17 @@ class ShadowMaps:
                 self._buffer.viewport_set(tile.x, tile.y, tile.size, tile.size)
                 gpu.state.scissor_set(tile.x, tile.y, tile.size, tile.size)
                 self._buffer.clear(color=FAR, depth=1.0)
-                shader = bound(shadow_program)
-                scene.give_objects(shader)
-                shader.uniform_float("matrix", tile.matrix)
-                for part in opaque:
-                    scene.draw_part(shader, part)
+                for parts, program in ((meshes, shadow_program), (strips, strip_shadow_program)):
+                    if not parts:
+                        continue
+                    shader = bound(program)
+                    scene.give_objects(shader)
+                    shader.uniform_float("matrix", tile.matrix)
+                    if parts is strips:
+                        light = self._sampled[tile.light]
+                        shader.uniform_float("eye", (*light.axis, 0.0) if light.kind == "SUN" else (*light.position, 1.0))
+                    for part in parts:
+                        scene.draw_part(shader, part)
                 if transparent:
                     self._draw_transparent(tile, transparent, sample)
             gpu.state.scissor_test_set(False)
@@ -114,6 +121,6 @@ class ShadowMaps:
         view = View(tile.matrix, Vector(light.axis if is_sun else light.position), not is_sun, tile.size, tile.size)
         view_block = uniform_buffer(view.to_bytes(self._scene.cache.world, sample))
         for part, code in casting:
-            shader = bound(transparent_shadow_program, Inputs.of(code))
+            shader = bound(transparent_shadow_program, Inputs.of(code, part.is_strip))
             self._scene.give_inputs(shader, view_block, code)
             self._scene.draw_part(shader, part)

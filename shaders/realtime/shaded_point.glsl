@@ -4,7 +4,11 @@
 // Returns whether the front of the face is seen.
 bool is_front()
 {
+#ifdef STRIP
+    return true; // it faces the viewer
+#else
     return gl_FrontFacing == (orientation > 0.0);
+#endif
 }
 
 // Returns the unit normal of the visible side; `normal` is that of the front, of any length.

@@ -108,7 +108,7 @@ def not_drawn() -> Steps:
     yield 2.0
     picture("nothing_left_out")
     bpy.context.view_layer.use_pass_mist = True
-    added = [bpy.data.objects.new("Fur", bpy.data.hair_curves.new("Fur"))]
+    added = [bpy.data.objects.new("Spray", bpy.data.pointclouds.new("Spray"))]
     added.append(bpy.data.objects.new("Lantern", bpy.data.lights.new("Lantern", "POINT")))
     for index in range(3):
         glass = bpy.data.materials.new(f"Glass {index}")
