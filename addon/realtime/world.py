@@ -24,7 +24,7 @@ from ..material.expression import (
 from ..material.links import Place, is_nothing, source
 from ..material.read_nodes import NodeReader, UnsupportedInput
 from ..material.sky import Sun
-from ..material.suns import DIRECTION, without_suns
+from ..material.suns import DIRECTION, is_sky_alone, without_suns
 from ..material.surface import Rgb
 from .expressions import Code, NotDrawn, Writer
 from .meshes import is_finite
@@ -99,16 +99,18 @@ def read_world(world: bpy.types.World | None, depsgraph: bpy.types.Depsgraph, ma
     reader = _WorldReader(world, depsgraph)
     made: dict[str, Radiance] = {}
     suns: tuple[Sun, ...] = ()
+    threshold = 0.0
     for ray, light_path in RAYS.items():
         reader.begin(light_path)
         is_visible = getattr(world.cycles_visibility, ray) if hasattr(world, "cycles_visibility") else True
         expression = reader.radiance(Place(output.inputs["Surface"])) if is_visible else BLACK
         if ray != "camera":
             expression, found = without_suns(expression)
-            suns = tuple(found) if ray == "diffuse" else suns
+        if ray == "diffuse":
+            suns = tuple(found)
+            threshold = 0.0 if is_sky_alone(expression) else world.sun_threshold  # the glow around a sky's sun is wide
         made[ray] = reader.written(expression, max_images)
-    threshold, resolution = world.sun_threshold, int(world.probe_resolution)
-    has_shadows = world.use_sun_shadow
+    has_shadows, resolution = world.use_sun_shadow, int(world.probe_resolution)
     read = World(**made, suns=suns, sun_threshold=threshold, has_shadows=has_shadows, resolution=resolution, images=reader.images)
     return Reading(read, list(dict.fromkeys(reader.said)), reader.follows_object)
 
