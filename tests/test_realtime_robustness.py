@@ -368,7 +368,7 @@ class Window:
 
     def __init__(self, width: int) -> None:
         gpu.init()
-        region = SimpleNamespace(width=width, height=HEIGHT)
+        region = SimpleNamespace(width=width, height=HEIGHT, as_pointer=lambda: 0)
         seen = SimpleNamespace(
             view_matrix=Matrix(),
             perspective_matrix=Matrix.Diagonal((0.5, 0.75, -0.01, 1.0)),
@@ -441,6 +441,10 @@ def crowd(stage: Stage) -> Iterator[tuple[Window, list[bpy.types.Object]]]:
         item.material_slots[0].material = shown[k % 3]
     stage.scene.true_diffuse.viewport_samples = 2
     bpy.data.lights["Light"].angle = 0.0
+    for name, scene in (("Hidden", stage.scene), ("Elsewhere", bpy.data.scenes.new("Other"))):
+        scene.collection.objects.link(bpy.data.objects.new(name, first.data))
+    bpy.data.objects["Hidden"].hide_viewport = True
+    materials.create("Unused", ROUGH_DIFFUSE)
     window = Window(WIDTH)
 
     def read(_: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
@@ -465,6 +469,12 @@ WORK = {
     "nothing": (lambda *_: None, {}),
     "select": (lambda _, squares: squares[3].select_set(True), {}),
     "move the camera that is not looked through": (lambda *_: setattr(bpy.data.objects["Camera"].location, "x", 1.0), {}),
+    "move what is hidden": (lambda *_: setattr(bpy.data.objects["Hidden"].location, "x", 0.5), {}),
+    "move what another scene shows": (lambda *_: setattr(bpy.data.objects["Elsewhere"].location, "x", 0.5), {}),
+    "edit a material that nothing wears": (
+        lambda *_: setattr(bpy.data.materials["Unused"].node_tree.nodes["Rough Diffuse"].inputs["Roughness"], "default_value", 0.9),
+        {},
+    ),
     "move": (lambda _, squares: setattr(squares[3].location, "y", 0.5), {"shadows": 1, "samples": 2, "parts": 3 + 2 * 3}),
     "edit a material": (
         lambda _, squares: setattr(
@@ -658,13 +668,14 @@ def test_viewport_leaves_out_the_objects_of_a_hidden_collection(stage: Stage) ->
         assert window.draw() == (0.0 if is_hidden else pytest.approx(LIT, rel=2e-6))
 
 
-def test_viewport_is_drawn_again_unless_it_is_closed(monkeypatch) -> None:
+def test_viewport_alone_is_drawn_again_unless_it_is_closed(monkeypatch) -> None:
     drawn = []
-    areas = [SimpleNamespace(as_pointer=lambda k=k: k, tag_redraw=lambda k=k: drawn.append(k)) for k in (1, 2)]
+    regions = [SimpleNamespace(as_pointer=lambda k=k: k, tag_redraw=lambda k=k: drawn.append(k)) for k in range(4)]
+    areas = [SimpleNamespace(regions=regions[:2]), SimpleNamespace(regions=regions[2:])]  # each with its header, say
     windows = [SimpleNamespace(screen=SimpleNamespace(areas=areas))]
     context = SimpleNamespace(window_manager=SimpleNamespace(windows=windows))
     monkeypatch.setattr(viewport, "bpy", SimpleNamespace(context=context))
-    for address in (2, 3):  # of an open area, and of a closed one
+    for address in (2, 5):  # of an open region, and of a closed one
         viewport.redraw(address)
     assert drawn == [2]
 

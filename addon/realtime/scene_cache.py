@@ -58,7 +58,7 @@ class SceneCache:
     version: int = 0
     _world_suns: tuple[Light, ...] = ()
     _has_moving_world: bool = False  # which follows an object
-    _frame: float | None = None  # of the last update
+    _depsgraph: int | None = None  # the address of that of the last update
     _settings: tuple[int, float] | None = None  # the view layer's material, and the length of a meter
     _identity: Identity | None = None  # of the objects in `groups`
     _names: dict[int, str] = field(default_factory=dict)  # of the materials
@@ -125,8 +125,8 @@ class SceneCache:
         changes = Changes.of(depsgraph)
         override, meter = depsgraph.view_layer_eval.material_override, 1.0 / depsgraph.scene.unit_settings.scale_length
         settings = (override.original.session_uid if override else NO_MATERIAL, meter)
-        frame, self._frame = self._frame, depsgraph.scene.frame_current_final
-        if changes.is_empty and frame == self._frame:  # Blender does not say what changed
+        before_it, self._depsgraph = self._depsgraph, depsgraph.as_pointer()
+        if changes.is_empty and before_it != self._depsgraph:  # else what changed is not in this depsgraph
             self._meshes, self._settings = {}, None
         if settings != self._settings:
             self._settings, self._identity, self._records, self.materials = settings, None, {}, {}

@@ -86,7 +86,7 @@ class Viewport:
             if not_drawn.keep(scene, [*self._renderer.cache.warnings, *self._renderer.warnings, *self._settings]):
                 bpy.app.timers.register(not_drawn.redraw_properties)
             if not is_complete:
-                bpy.app.timers.register(partial(redraw, context.area.as_pointer()))
+                bpy.app.timers.register(partial(redraw, region.as_pointer()))
         except DriverError as error:  # another size may do
             self._failed_size = size
             self._report(engine, str(error))
@@ -126,12 +126,13 @@ def _filter(space: bpy.types.SpaceView3D, layer: bpy.types.ViewLayer) -> IsShown
     return lambda item: item.original.visible_in_viewport_get(space)
 
 
-def redraw(area: int) -> None:
-    """Draw a viewport again unless it is closed; `area` is the address of its area."""
+def redraw(region: int) -> None:
+    """Draw the region at the address `region` again unless it is closed, and nothing beside it: no header, no panel."""
     for window in bpy.context.window_manager.windows:
-        for open_area in window.screen.areas:
-            if open_area.as_pointer() == area:
-                open_area.tag_redraw()
+        for area in window.screen.areas:
+            for open_region in area.regions:
+                if open_region.as_pointer() == region:
+                    open_region.tag_redraw()
 
 
 def _camera(context: bpy.types.Context, scene: bpy.types.Scene) -> bpy.types.Object | None:

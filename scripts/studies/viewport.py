@@ -67,7 +67,7 @@ class Watched:
         self._seen = SimpleNamespace(
             view_matrix=Matrix(), perspective_matrix=Matrix(), is_perspective=False, view_perspective="ORTHO"
         )
-        region = SimpleNamespace(width=width, height=height)
+        region = SimpleNamespace(width=width, height=height, as_pointer=lambda: 0)
         self._context = SimpleNamespace(region=region, region_data=self._seen, space_data=area.spaces.active, area=area)
         self._viewport = Viewport()
         self._target = gpu.types.GPUTexture(SIZE, format="RGBA32F")
