@@ -53,7 +53,7 @@ def test_sun_is_that_of_cycles(name: str) -> None:
     rows = [(from_polar(math.sin(latitude), math.pi / 2.0 - longitude),) for longitude, latitude in skies.directions(shown)]
     drawn = evaluate("realtime/sky", f"rgb_of_xyz(sun_xyz(a.xyz, {sky.sun_rotation}, {numbers}))", rows)
     got = array("f", (value for color in drawn for value in color))
-    assert difference(got, expected, range(len(rows))) < 5e-3
+    assert difference(got, expected, range(len(rows))) < 1e-3
 
 
 def test_sun_that_does_not_show_is_no_light() -> None:

@@ -15,6 +15,7 @@ from functools import cached_property
 from ..models.vector import dot
 from .operations import Triple
 from .spectra import X_MATCHING, XYZ_TO_RGB, Y_MATCHING, Z_MATCHING
+from .textures.float32 import f32
 
 SMALLEST_SUN = 0.0005  # [rad], of which Cycles takes the sun to be at least
 LIMB_DARKENING = 0.6
@@ -117,7 +118,7 @@ class Sun:
     @property
     def irradiance(self) -> Triple:
         """That on a plane that faces the sun: the radiance times the disc's solid angle."""
-        return _scaled(self.radiance, _solid_angle(self.diameter))
+        return _scaled(self.radiance, math.tau * (1.0 - math.cos(self.diameter / 2.0)))
 
 
 @dataclass(frozen=True)
@@ -145,8 +146,9 @@ class Sky:
         """The XYZ of the sun's disc at its lowest and at its highest point without limb darkening; ValueError without a disc."""
         if self.disc is None:
             raise ValueError("the sky shows no sun")
-        scale = self.disc.intensity / _solid_angle(self.disc.diameter)
         center, radius = self.atmosphere.sun_elevation, self.disc.diameter / 2.0
+        # Blender's solid angle is that of a cosine of 32 bits: 0.1 % too large for the usual diameter, and double for the smallest
+        scale = self.disc.intensity / (math.tau * (1.0 - f32(math.cos(radius))))
         ends = center - radius, center + radius
         if self.atmosphere.is_multiple:
             low, high = (_multiple_transmitted(self.atmosphere, elevation) for elevation in ends)
@@ -194,10 +196,6 @@ def placed_sun(elevation: float, rotation: float) -> tuple[float, float]:
     if abs(elevation) > math.pi / 2.0:
         elevation, rotation = math.copysign(math.pi, elevation) - elevation, rotation + math.pi
     return elevation, rotation % math.tau
-
-
-def _solid_angle(diameter: float) -> float:
-    return math.tau * (1.0 - math.cos(diameter / 2.0))
 
 
 def _scaled(xyz: Triple, factor: float) -> Triple:

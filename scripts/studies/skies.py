@@ -39,6 +39,7 @@ SKIES: Mapping[str, Settings] = {
 }
 SUNS: Mapping[str, Settings] = {
     "new": {},
+    "smallest": {"sun_size": 0.0},
     "rising": {"sun_elevation": 0.001, "sun_intensity": 0.5},
     "large": {"sun_size": 0.6, "sun_elevation": 0.5, "sun_rotation": -0.7},
     "rising once": {"sky_type": "SINGLE_SCATTERING", "sun_elevation": 0.001, "altitude": 2000.0},
