@@ -127,6 +127,17 @@ def world(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     yield Section(steps, {"RMS difference of Realtime from Cycles under a sky": study.table})
 
 
+def bounce(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
+    """Hold True Diffuse Realtime's bounce of light against Cycles with one bounce, by the number of samples."""
+    from true_diffuse.scripts.studies import bounce as study
+
+    if len(engines) < len(NODE_ENGINES):
+        raise BadInput("Cycles and EEVEE's graphics driver are both needed")
+    register_realtime()
+    title = "RMS difference of Realtime from Cycles with one bounce / in the mean, and milliseconds per sample"
+    yield Section(study.steps(load_character("human"), options.quick), {title: study.table})
+
+
 def stability(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Hold GLSL and OSL in 32-bit floats against their formulas in 50 digits, and the plain subsurface formulas against ours."""
     try:
@@ -333,6 +344,7 @@ MEASURES: dict[str, Measure] = {
         soft,
         shadows,
         world,
+        bounce,
         camera,
         skies,
         stability,

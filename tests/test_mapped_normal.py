@@ -9,7 +9,7 @@ import bpy
 
 import pytest
 
-from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
+from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine, leave_out_bounces
 from true_diffuse.addon.closures.lobe import CYCLES as CYCLES_LOBES
 from true_diffuse.addon.closures.lobe import MAPPED_BASE, MAPPED_FUJII, cycles_lobe
 from true_diffuse.addon.closures.lobe_error import mapped_error
@@ -123,7 +123,7 @@ def test_constant_normal_tilts_the_shading(engine: Engine) -> None:
     scene.camera.location, scene.camera.rotation_euler = (5.0 * math.sin(angle), 0.0, 5.0 * math.cos(angle)), (0.0, angle, 0.0)
     add_sun(scene, "Sun", (-math.sin(math.radians(70.0)), 0.0, math.cos(math.radians(70.0))), math.pi)
     scene.render.resolution_x = scene.render.resolution_y = 8
-    scene.cycles.max_bounces = 0
+    leave_out_bounces(scene)
     scene.world = None
     scene.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
     expected = {(0.33, 0.0): 0.2397, (0.33, 15.0): 0.4019, (0.33, -15.0): 0.0611, (1.0, 15.0): 0.2864, (1.0, -15.0): 0.0435}

@@ -30,7 +30,7 @@ def scene_of(size: int = SIZE, lens: float = 50.0) -> bpy.types.Scene:
     settings.resolution_x = settings.resolution_y = size
     settings.film_transparent, settings.filter_size = True, 0.0
     scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", render.CENTER
-    scene.cycles.max_bounces = 0
+    engines.leave_out_bounces(scene)
     data = bpy.data.cameras.new("Camera")
     data.lens = lens
     scene.camera = add(scene, "Camera", data)

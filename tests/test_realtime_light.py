@@ -60,7 +60,7 @@ def empty_scene(size: int = SIZE) -> bpy.types.Scene:
     settings.resolution_x = settings.resolution_y = size
     settings.film_transparent, settings.filter_size = True, 0.0
     scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", render.CENTER
-    scene.cycles.max_bounces = 0
+    engines.leave_out_bounces(scene)
     return scene
 
 
@@ -465,7 +465,7 @@ def test_soft_shadow_is_that_of_cycles(kind: str, settings: dict[str, object], m
     add(scene, ball(RADIUS, shown), Matrix.Translation(CENTER))
     camera(scene, Vector((0.4, -2.0, 2.5)), Vector((0.0, -0.3, 0.0)), 35.0)
     add_light(scene, kind, looking(LIGHT, Vector((-0.2, -0.1, 0.0))), **settings)
-    scene.cycles.max_bounces = 0
+    engines.leave_out_bounces(scene)
     expected = drawn(scene, engines.CYCLES, 256)
     assert rms_error(drawn(scene, samples=64), expected) < 0.02
     assert rms_error(drawn(scene), expected) > 0.04  # a single sample's shadow is hard

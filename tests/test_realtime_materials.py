@@ -57,7 +57,7 @@ def row(shown: Sequence[bpy.types.Material], item: Callable[[bpy.types.Material]
     settings.resolution_x, settings.resolution_y = SIZE * len(shown), SIZE
     settings.film_transparent, settings.filter_size = True, 0.0
     scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", render.CENTER
-    scene.cycles.max_bounces = 0
+    engines.leave_out_bounces(scene)
     for place, material in enumerate(shown):
         material.cycles.use_bump_map_correction = False  # which dims light at grazing angles, in Cycles alone
         made = bpy.data.objects.new("Item", item(material))

@@ -146,7 +146,7 @@ class Stage:
         self.scene = bpy.context.scene
         render = self.scene.render
         render.engine = engine.IDENTIFIER
-        self.scene.true_diffuse.samples = 1
+        self.scene.true_diffuse.samples, self.scene.true_diffuse.bounces_light = 1, False
         render.resolution_x, render.resolution_y = WIDTH, HEIGHT
         render.filepath = str(folder / "picture.exr")
         render.image_settings.file_format, render.image_settings.color_depth = "OPEN_EXR", "32"

@@ -58,6 +58,13 @@ def use(scene: bpy.types.Scene, engine: Engine, samples: int, seed: int = 0) -> 
     scene.cycles.seed = seed
 
 
+def leave_out_bounces(scene: bpy.types.Scene) -> None:
+    """Have Cycles and, where it is registered, Realtime render `scene` without light that comes from other surfaces."""
+    scene.cycles.max_bounces = 0
+    if settings := getattr(scene, "true_diffuse", None):
+        settings.bounces_light = False
+
+
 def choose(scene: bpy.types.Scene, identifier: str) -> None:
     """Make `scene` render with the engine of that `identifier`, once Cycles has ended the material preview that it is at.
 

@@ -30,6 +30,12 @@ class TrueDiffuseScene(bpy.types.PropertyGroup):
         description="Samples per pixel of True Diffuse Realtime in the viewport, one per redraw",
         **SAMPLES,
     )
+    bounces_light: bpy.props.BoolProperty(  # ty: ignore[invalid-type-form]
+        name="Bounce Light",
+        description="Light that other surfaces reflect once, and shade where they hide the sky, in True Diffuse Realtime. "
+        "It takes more time for each sample, and more samples until it is smooth",
+        default=True,
+    )
     bake: bpy.props.BoolProperty(  # ty: ignore[invalid-type-form]
         name="Bake What Cannot Be Carried",
         description="Bake nodes that the file cannot hold, with Cycles, to images on the UV map of the meshes. "

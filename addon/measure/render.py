@@ -122,7 +122,7 @@ def measurement_scene(
     scene.cycles.pixel_filter_type = "BLACKMAN_HARRIS"  # the width of BOX cannot be set
     scene.cycles.filter_width = CENTER
     scene.cycles.shading_system = source.cycles.shading_system
-    scene.cycles.max_bounces = 0
+    engines.leave_out_bounces(scene)
     scene.cycles.light_sampling_threshold = 0.0  # else dim lights are skipped at random
     scene.eevee.use_shadows = shadows
     scene.eevee.use_raytracing = False

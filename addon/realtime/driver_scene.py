@@ -27,9 +27,10 @@ OBJECTS_ACROSS = 256  # in a row of the texture of matrices, as in shaders/realt
 class DriverScene:
     """The scene of `cache` as the driver has it after `refresh`.
 
-    `warnings` say what it lacks because of the driver. `draws` has the parts that the camera sees, by variant and material, and
-    `casters` those that cast shadows, each with the code of its opacity, None where it is opaque. `caster_version` counts the
-    changes of what a shadow map shows. `bounds` are those of all objects. `world` is the world's light.
+    `warnings` say what it lacks because of the driver. `draws` has the parts that the camera sees, by variant and material,
+    `layers` those that other surfaces see, for ray bundles, and `casters` those that cast shadows, each with the code of its
+    opacity, None where it is opaque. `caster_version` counts the changes of what a shadow map shows. `bounds` are those of all
+    objects. `world` is the world's light.
     """
 
     def __init__(self, cache: SceneCache) -> None:
@@ -37,6 +38,7 @@ class DriverScene:
         self.warnings: list[Omission] = []
         self.world = WorldMaps()
         self.draws: list[tuple[Variant, RenderMaterial, list[Part]]] = []
+        self.layers: list[tuple[Variant, RenderMaterial, list[Part]]] = []
         self.casters: list[tuple[Part, Code | None]] = []
         self.caster_version = 0
         self.bounds: SceneBounds | None = None
@@ -76,13 +78,19 @@ class DriverScene:
             self.caster_version += 1
         attributes = {uid: material.attributes for uid, material in cache.materials.items()}
         drawn: dict[tuple[RenderMaterial, bool, bool], list[Part]] = {}
+        bouncing: dict[tuple[RenderMaterial, bool], list[Part]] = {}
+        has_layers = cache.lighting().bounce
         self._calls = {}
         for (part, group), first in zip(cache.groups.items(), self._first, strict=True):
             self._calls[part] = part.mesh.batches[part.slot, attributes[part.material]], first, len(group)
             if part.is_visible:
                 drawn.setdefault((cache.materials[part.material], part.is_holdout, part.is_strip), []).append(part)
+            if part.is_bouncing and has_layers:
+                bouncing.setdefault((cache.materials[part.material], part.is_strip), []).append(part)
         draws = ((cache.variant(*key), key[0], parts) for key, parts in drawn.items())
-        self.draws = sorted(draws, key=lambda draw: (draw[0].model.stem, draw[0].inputs.text))
+        self.draws = sorted(draws, key=_program_order)
+        layers = ((cache.layer_variant(*key), key[0], parts) for key, parts in bouncing.items())
+        self.layers = sorted(layers, key=_program_order)
         return True
 
     def draw_surfaces(
@@ -161,3 +169,8 @@ class DriverScene:
                 what = "the graphics driver has no room for the image, which is not drawn"
                 self.warnings.append(Omission("IMAGE_DATA", what, image.name))
         return missing_image()
+
+
+def _program_order(draw: tuple[Variant, RenderMaterial, list[Part]]) -> tuple[str, str]:
+    """Return what sorts draws so that those of one program follow each other."""
+    return draw[0].model.stem, draw[0].inputs.text

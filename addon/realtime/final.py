@@ -75,6 +75,7 @@ def _render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> N
     cache = SceneCache()
     engine.update_stats("", "Reading the scene")
     cache.update(depsgraph)
+    cache.follow(scene)
     renderer = Renderer(cache)
     renderer.refresh()
     warnings = [*cache.warnings, *renderer.warnings]

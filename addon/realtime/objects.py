@@ -24,7 +24,8 @@ type Identity = tuple[object, ...]
 class Part:
     """The faces of one material slot of a mesh, or curves, drawn in one way for all objects that show them.
 
-    `material` is the material's key in SceneCache.materials; `is_visible` to the camera; `is_holdout` cuts a hole into the picture.
+    `material` is the material's key in SceneCache.materials; `is_visible` to the camera; `is_holdout` cuts a hole into the picture;
+    `is_bouncing`: other surfaces see it.
     """
 
     mesh: Geometry
@@ -33,6 +34,7 @@ class Part:
     is_visible: bool
     casts_shadow: bool
     is_holdout: bool = False
+    is_bouncing: bool = True
 
     @property
     def is_strip(self) -> bool:
@@ -41,21 +43,28 @@ class Part:
 
 
 class Visibility(NamedTuple):
-    """Whether the camera sees an object, it casts shadows, and is a holdout."""
+    """Whether the camera sees an object, it casts shadows, is a holdout, and is seen by rays that left a diffuse surface."""
 
     camera: bool
     shadow: bool
     holdout: bool
+    diffuse: bool
 
     @classmethod
     def of(cls, item: bpy.types.Object) -> "Visibility":
         """Return what the object's own settings say."""
-        return cls(item.visible_camera, item.visible_shadow, item.is_holdout)
+        return cls(item.visible_camera, item.visible_shadow, item.is_holdout, item.visible_diffuse)
+
+    def with_owner(self, owner: "Visibility") -> "Visibility":
+        """Return what is left of it in an instance that `owner` makes."""
+        diffuse = self.diffuse and owner.diffuse
+        return Visibility(self.camera and owner.camera, self.shadow and owner.shadow, self.holdout or owner.holdout, diffuse)
 
     def within_collections(self, item: bpy.types.Object, layer: bpy.types.ViewLayer) -> "Visibility":
         """Return what is left of it by the collections of a view layer that `item` is in: as in Cycles, a holdout is seen."""
         is_holdout = self.holdout or item.holdout_get(view_layer=layer)
-        return Visibility(self.camera and (is_holdout or not item.indirect_only_get(view_layer=layer)), self.shadow, is_holdout)
+        camera = self.camera and (is_holdout or not item.indirect_only_get(view_layer=layer))
+        return self._replace(camera=camera, holdout=is_holdout)
 
 
 def identity(depsgraph: bpy.types.Depsgraph, is_shown: IsShown | None) -> Identity:

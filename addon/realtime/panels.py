@@ -40,7 +40,7 @@ SIMPLIFIED_STROKES = (  # settings of Simplify of Grease Pencil
     "simplify_gpencil_tint",
     "simplify_gpencil_antialiasing",
 )
-ALWAYS = "Bounces of light and reflections of objects are never drawn"  # in any scene
+ALWAYS = "Further bounces of light, and sharp reflections of objects, are never drawn"  # in any scene
 LETTER, MARGINS = 6.2, 60.0  # width of a letter, and of what stands beside a line of text [pixels at Resolution Scale 1]
 
 
@@ -69,6 +69,7 @@ class TRUE_DIFFUSE_PT_sampling(EnginePanel, bpy.types.Panel):
         column = layout.column(align=True)
         column.prop(context.scene.true_diffuse, "viewport_samples", text="Viewport")
         column.prop(context.scene.true_diffuse, "samples", text="Render")
+        layout.prop(context.scene.true_diffuse, "bounces_light")
 
 
 class TRUE_DIFFUSE_PT_film(EnginePanel, bpy.types.Panel):
@@ -184,7 +185,7 @@ class TRUE_DIFFUSE_PT_compositor(EnginePanel, bpy.types.Panel):
 
 
 class TRUE_DIFFUSE_PT_ray_visibility(EnginePanel, bpy.types.Panel):
-    """Whether the camera sees the object and whether it casts shadows"""
+    """Whether the camera and other surfaces see the object and whether it casts shadows"""
 
     bl_label = "Ray Visibility"
     bl_context = "object"
@@ -197,6 +198,7 @@ class TRUE_DIFFUSE_PT_ray_visibility(EnginePanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         column = split(self.layout).column()
         column.prop(context.object, "visible_camera", text="Camera", toggle=False)
+        column.prop(context.object, "visible_diffuse", text="Diffuse", toggle=False)
         column.prop(context.object, "visible_shadow", text="Shadow", toggle=False)
 
 

@@ -15,6 +15,7 @@ from .expressions import WIDTHS, Code, attribute_name
 from .models import GlslModel
 
 MAX_LIGHTS = 64
+MAX_BUNDLES = 4  # directions of a sample's ray bundles
 LIGHT_TYPES = ("SUN", "POINT", "SPOT", "AREA")  # Blender's; a light's number in the shader is its index here
 MAX_WORLD_SUNS = 4
 MAX_TILES = 16  # of a map of the world
@@ -25,6 +26,7 @@ STRUCTS = {
     "Gather": "vec4 size; vec4 offset;",
     "WorldTiles": f"vec4 tile[{MAX_TILES}];",
     "Caps": f"vec4 cap[{MAX_WORLD_SUNS}];",
+    "Bundles": f"mat4 matrix[{MAX_BUNDLES}]; vec4 towards[{MAX_BUNDLES}]; vec4 sky[{MAX_BUNDLES}]; vec4 use;",
 }
 _LUMINANCE = f"#define LUMINANCE {', '.join(map(str, LUMINANCE))}\n"
 SHADOW_TEXTURES = ("shadow_map", "shadow_tiles")
@@ -50,7 +52,7 @@ STRIP_VARYINGS = {"strip_position": "VEC3", "object_position": "VEC3", "strip_ac
 
 @dataclass(frozen=True)
 class Lighting:
-    """What a scene's lights ask of every surface shader: their `types`, of LIGHT_TYPES, shadow maps, an ambient term.
+    """What a scene's lights ask of every surface shader: their `types`, of LIGHT_TYPES, shadow maps, an ambient term, ray bundles.
 
     `world_map`: the ambient term is of a world that varies.
     """
@@ -59,6 +61,7 @@ class Lighting:
     shadows: bool = False
     ambient: bool = False
     world_map: bool = False
+    bounce: bool = False
 
 
 @dataclass(frozen=True)
@@ -101,7 +104,8 @@ class Variant:
     """What determines a surface shader.
 
     `features` are the material's. `subsurface_in_scene`: some material has subsurface scattering, so that all shaders write the
-    outputs that the gather pass reads. `data` is what it writes in place of light.
+    outputs that the gather pass reads. `data` is what it writes in place of light. `is_layer`: it draws a layer of a ray bundle in
+    place of the picture.
     """
 
     model: GlslModel
@@ -110,6 +114,7 @@ class Variant:
     subsurface_in_scene: bool
     lighting: Lighting
     data: Data | None = None
+    is_layer: bool = False
 
 
 @dataclass(frozen=True)
@@ -142,7 +147,8 @@ def surface_program(variant: Variant) -> Program:
         raise ValueError(f"unknown types of light: {', '.join(sorted(unknown))}")
     has_table = reads_table(features)
     base = model.base or model
-    stems = [base.stem, model.stem] if lighting.world_map else [model.stem]
+    splits = lighting.world_map or lighting.bounce  # a highlight from the rest
+    stems = [base.stem, model.stem] if splits else [model.stem]
     if lighting.ambient and model.ambient_stem:
         stems.append(model.ambient_stem)
     stems += [stem for feature in sorted(features) for stem in FEATURE_STEMS.get(feature, ())]
@@ -153,6 +159,8 @@ def surface_program(variant: Variant) -> Program:
         (lighting.ambient, "AMBIENT"),
         (lighting.world_map, "WORLD_MAP"),
         (lighting.world_map and base.stem != "lambert", "SHAPED"),
+        (lighting.bounce, "BOUNCE"),
+        (variant.is_layer, "LAYER"),
         (has_table, "SPECULAR_TABLE"),
         (variant.subsurface_in_scene, "SUBSURFACE_IN_SCENE"),
     ):
@@ -170,7 +178,7 @@ def surface_program(variant: Variant) -> Program:
         f"RADIANCE {model.radiance}",
         f"ALBEDO(mu) {model.ambient}",
     ]
-    if lighting.world_map:
+    if splits:
         definitions += [f"BASE_RADIANCE {base.radiance}", f"BASE_ALBEDO(mu) {base.ambient}"]
     comment, rest = source("lights").split("struct Light {", 1)
     members, functions = rest.split("};", 1)  # the struct is declared before the uniform blocks, which contain it
@@ -179,6 +187,10 @@ def surface_program(variant: Variant) -> Program:
         more.append(_file("specular_albedo"))
     if lighting.world_map:
         more += [_file("hemispheres"), _file("world_light")]
+    if lighting.bounce:
+        more.append(_file("ray_bundles"))
+    if variant.is_layer:
+        more.append(_file("bundle_layer"))
     return _material_program(
         "true_diffuse_surface",
         variant.inputs,
@@ -188,8 +200,13 @@ def surface_program(variant: Variant) -> Program:
         samplers=(dict.fromkeys(SHADOW_TEXTURES, "FLOAT_2D") if lighting.shadows else {})
         | ({"specular_table": "FLOAT_2D"} if has_table else {})
         | ({"world_map": "FLOAT_2D"} if lighting.world_map else {})
+        | ({"bundle_map": "FLOAT_2D"} if lighting.bounce else {})
+        | ({"farther_map": "DEPTH_2D"} if variant.is_layer else {})
         | ({"numbers": "FLOAT_2D"} if variant.data and variant.data.has_number else {}),
-        blocks=({} if variant.data else {"lights": "Lights"}) | ({"world_tiles": "WorldTiles"} if lighting.world_map else {}),
+        blocks=({} if variant.data else {"lights": "Lights"})
+        | ({"world_tiles": "WorldTiles"} if lighting.world_map else {})
+        | ({"bundles": "Bundles"} if lighting.bounce else {}),
+        constants={"layer": "IVEC2"} if variant.is_layer else {},
         outputs=surface_outputs(variant.subsurface_in_scene),
         declarations=f"struct Light {{{members}}};\n",
     )
@@ -213,6 +230,7 @@ def _material_program(
     fragment: str,
     samplers: Mapping[str, str] | None = None,
     blocks: Mapping[str, str] | None = None,
+    constants: Mapping[str, str] | None = None,
     outputs: tuple[str, ...] = ("result",),
     declarations: str = "",
 ) -> Program:
@@ -246,7 +264,7 @@ def _material_program(
         attributes=({"strip": "VEC4"} if inputs.is_strip else {"position": "VEC3", "normal": "VEC3"}) | names,
         varyings=(STRIP_VARYINGS if inputs.is_strip else MESH_VARYINGS) | {f"varying_{one}": kind for one, kind in names.items()},
         flat_varyings={"object_index": "INT", "orientation": "FLOAT"},
-        constants={"first_object": "INT"},
+        constants={"first_object": "INT"} | dict(constants or {}),
         samplers={"objects": "FLOAT_2D"}
         | ({"strip_points": "FLOAT_2D"} if inputs.is_strip else {})
         | dict(samplers or {})

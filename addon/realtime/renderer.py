@@ -25,8 +25,10 @@ from .program import (
     subsurface_gather_program,
     surface_program,
 )
+from .ray_bundles import RayBundles
 from .scene_cache import SceneCache
 from .shadow_maps import ShadowMaps
+from .shadows import MAP_SIZE
 from .view import View
 
 GATHER_STEPS = (0.8191725133961645, 0.6710436067037893)  # a sequence that fills a square evenly, other than view.sample_offset's
@@ -60,7 +62,8 @@ class Renderer:
     def __init__(self, cache: SceneCache) -> None:
         self.cache = cache
         self._scene = DriverScene(cache)
-        self._shadow_maps = ShadowMaps(self._scene)
+        self._shadow_maps = ShadowMaps(self._scene, MAP_SIZE)
+        self._bundles = RayBundles(self._scene)
         self._triangle = triangle()
         self._allocated: RenderTargets | None = None
         self._samples = 0
@@ -82,7 +85,7 @@ class Renderer:
 
     def compile(self) -> Iterator[str]:
         """Compile the shaders in use; yields a message before each, as it may take a moment. Raises DriverError."""
-        for variant in dict.fromkeys(variant for variant, _, _ in self._scene.draws):
+        for variant in dict.fromkeys(variant for variant, _, _ in (*self._scene.draws, *self._scene.layers)):
             yield f"Compiling {variant.model.stem}"
             compiled(surface_program, variant)
 
@@ -112,13 +115,20 @@ class Renderer:
             if any(reads_table(variant.features) for variant, _, _ in self._scene.draws):
                 specular_table()  # now, as it has a framebuffer of its own
             self._shadow_maps.begin(view, sample)
+            if self._scene.layers:
+                self._bundles.begin(view, sample)
 
-    def add(self, view: View, sample: int, filter_size: float, background: Rgba | Code) -> None:
-        """Draw one sample of every pixel over `background` and add it to the picture; `filter_size` is in pixels."""
+    def add(self, view: View, sample: int, filter_size: float, background: Rgba | Code, fades_in: bool = False) -> None:
+        """Draw one sample of every pixel over `background` and add it to the picture; `filter_size` is in pixels.
+
+        With `fades_in` the first samples have little bounced light, as few of its directions would show.
+        """
         sampled = view.at_sample(sample, filter_size)
         with PROGRAM_LOCK:
             if sample:
                 self._shadow_maps.light(sample)
+            if self._scene.layers:
+                self._bundles.draw(sample, fades_in)
             self._draw_surfaces(self._targets, sampled, sample, background if isinstance(background, Code) else None)
             if self._targets.subsurface:
                 self._gather_subsurface(self._targets, sampled, sample)
@@ -181,6 +191,8 @@ class Renderer:
                 if variant.lighting.world_map:
                     self._scene.world.give(found)
                 self._shadow_maps.give(found, variant.lighting)
+                if variant.lighting.bounce:
+                    self._bundles.give(found)
                 if reads_table(variant.features):
                     found.uniform_sampler("specular_table", specular_table())
             return found

@@ -22,7 +22,10 @@ type Placed = tuple[Geometry, bytes]
 
 
 class SceneBounds:
-    """The bounds of all objects in the world [m]. `casters` are the corners of triangles that enclose all shadow casters."""
+    """The bounds of all objects in the world [m].
+
+    `casters` are the corners of triangles that enclose all shadow casters, `everything` of those that enclose all objects.
+    """
 
     def __init__(self, groups: Mapping[Part, Sequence[int]], matrices: array[float], before: "SceneBounds | None" = None) -> None:
         """Find the bounds of the objects in `groups`, and look at no mesh again that is where `before` has it."""
@@ -31,14 +34,18 @@ class SceneBounds:
         places = matrices.tobytes()
         self.casting: dict[Placed, None] = {}  # all that casts shadows
         visible: dict[Placed, None] = {}
+        everything: dict[Placed, None] = {}
         for part, group in groups.items():
             placed = [(part.mesh, places[MATRIX_BYTES * index : MATRIX_BYTES * (index + 1)]) for index in group]
             self.casting |= dict.fromkeys(placed if part.casts_shadow else ())
             visible |= dict.fromkeys(placed if part.is_visible else ())
+            everything |= dict.fromkeys(placed)
         self._visible = self._enclosing(visible)
         triangles = self._visible if self.casting == visible else self._enclosing(self.casting)
         self._before = {}
         self.casters = [corner for triangle in triangles for corner in triangle]
+        enclosing = triangles if self.casting == everything else self._enclosing(everything)
+        self.everything = [corner for triangle in enclosing for corner in triangle]
 
     def visible(self, view: View) -> list[list[Vector]]:
         """Return the polygons that enclose what is in the picture [m]: the bounds, clipped to `view`."""

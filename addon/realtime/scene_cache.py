@@ -2,7 +2,7 @@
 """What the realtime engine draws of a scene, kept between updates: only what changed is read again."""
 
 from array import array
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import bpy
 
@@ -47,7 +47,7 @@ class SceneCache:
 
     `groups` has the objects that show each part, as indices of `matrices` (16 floats for each object, column by column, [m]).
     `materials` are those in use, by their session_uid. `environment` is the world. Each is replaced by another when it changes, and
-    `version` counts the changes of the picture.
+    `version` counts the changes of the picture. `bounces_light`: as the scene's setting says.
     """
 
     groups: dict[Part, list[int]] = field(default_factory=dict)
@@ -55,6 +55,7 @@ class SceneCache:
     own_lights: list[Light] = field(default_factory=list)
     materials: dict[int, RenderMaterial] = field(default_factory=dict)
     environment: World = NO_WORLD
+    bounces_light: bool = False
     version: int = 0
     _world_suns: tuple[Light, ...] = ()
     _has_moving_world: bool = False  # which follows an object
@@ -106,7 +107,11 @@ class SceneCache:
         """Return what the scene's lights and world ask of all surface shaders."""
         types = frozenset(light.kind for light in self.lights)
         has_map = not self.environment.is_even
-        return Lighting(types, any(light.casts_shadow for light in self.lights), has_map or any(self.world), has_map)
+        has_sky = has_map or any(self.world)
+        is_lit = bool(types) or has_sky or any("EMISSION" in material.features for material in self.materials.values())
+        has_shadows = any(light.casts_shadow for light in self.lights)
+        bounces = self.bounces_light and is_lit
+        return Lighting(types, has_shadows, has_sky or bounces, has_map, bounces)
 
     def variant(self, material: RenderMaterial, is_holdout: bool, is_strip: bool = False) -> Variant:
         """Return the shader variant for `material` under the scene's lights, or for the hole that a holdout of it cuts.
@@ -115,6 +120,13 @@ class SceneCache:
         """
         inputs, features = Inputs.of(material.code, is_strip), material.features | ({HOLDOUT} if is_holdout else set())
         return Variant(material.model, inputs, features, self.has_subsurface, self.lighting())
+
+    def layer_variant(self, material: RenderMaterial, is_strip: bool = False) -> Variant:
+        """Return the shader variant for the layers of `material` in ray bundles; `is_strip`: of curves."""
+        lighting = self.lighting()
+        has_sky = lighting.world_map or any(self.world)
+        lighting = replace(lighting, ambient=has_sky, bounce=has_sky)
+        return Variant(material.model, Inputs.of(material.code, is_strip), material.features, False, lighting, is_layer=True)
 
     def update(self, depsgraph: bpy.types.Depsgraph, is_shown: IsShown | None = None) -> bool:
         """Read what changed since the last update; return whether the picture changes.
@@ -147,6 +159,12 @@ class SceneCache:
         if moved and moved & self._drawn:
             self.version += 1
         return self.version != before
+
+    def follow(self, scene: bpy.types.Scene) -> None:
+        """Read the settings of `scene` that are the engine's own, whose changes Blender may not announce."""
+        if self.bounces_light != scene.true_diffuse.bounces_light:
+            self.bounces_light = scene.true_diffuse.bounces_light
+            self.version += 1
 
     @property
     def _meter(self) -> float:
@@ -222,11 +240,11 @@ class SceneCache:
             shown = self._visibility[uid] = Visibility.of(item)
             if owner_uid != uid:
                 above = self._visibility[owner_uid] = Visibility.of(owner)
-                shown = Visibility(shown.camera and above.camera, shown.shadow and above.shadow, shown.holdout or above.holdout)
+                shown = shown.with_owner(above)
             if has_collections:
                 shown = shown.within_collections(owner, layer)
             self._known |= {uid, owner_uid}
-            if not (shown.camera or shown.shadow):
+            if not (shown.camera or shown.shadow or shown.diffuse):
                 continue
             key = (self._mesh_key(item), uid, shown)
             record = records.get(key) or self._records.get(key) or self._record(item, key, layer.material_override)

@@ -15,18 +15,22 @@ from .expressions import Code
 from .lights import Light, lights_to_bytes
 from .objects import Part
 from .program import Inputs, Lighting, shadow_program, strip_shadow_program, transparent_shadow_program
-from .shadow_bounds import ShadowBounds
+from .shadow_bounds import Polygon, ShadowBounds
 from .view import View
 
 FAR = (1e30, 1e30, 1e30, 1e30)
 
 
 class ShadowMaps:
-    """The lights of `scene` and their shadow maps, which are drawn anew where something in them has changed."""
+    """The lights of `scene` and their shadow maps, which are drawn anew where something in them has changed.
 
-    def __init__(self, scene: DriverScene) -> None:
+    All are together on a square of `size` texels.
+    """
+
+    def __init__(self, scene: DriverScene, size: int) -> None:
         self._scene = scene
-        self._bounds: ShadowBounds | None = None  # of the picture
+        self._size = size
+        self._regions: list[ShadowBounds] = []  # of the picture
         self._lights: gpu.types.GPUUniformBuf | None = None
         self._sampled: list[Light] = []  # as the last sample saw them
         self._tiles: list[shadows.Tile] = []
@@ -37,8 +41,13 @@ class ShadowMaps:
     def begin(self, view: View, sample: int = 0) -> None:
         """Prepare for samples of `view` from a first one on."""
         bounds = self._scene.bounds
+        self.begin_within([bounds.visible(view) if bounds else []], sample)
+
+    def begin_within(self, regions: Sequence[Sequence[Polygon]], sample: int) -> None:
+        """Prepare for samples from a first one on, with shadows of what is within polygons, the best in the first of `regions`."""
+        bounds = self._scene.bounds
         has_shadows = bounds is not None and self._scene.cache.lighting().shadows
-        self._bounds = ShadowBounds(bounds.casters, bounds.visible(view)) if bounds and has_shadows else None
+        self._regions = [ShadowBounds(bounds.casters, region) for region in regions] if bounds and has_shadows else []
         self._is_stale = True
         self.light(sample)
 
@@ -50,13 +59,13 @@ class ShadowMaps:
             return
         self._is_stale = False
         lights = [light.at_sample(sample, index) for index, light in enumerate(scene.cache.lights)]
-        tiles = shadows.shadow_tiles(lights, self._bounds) if self._bounds else []
+        tiles = shadows.shadow_tiles(lights, self._regions, self._size) if self._regions else []
         before, self._tiles = self._tiles, tiles
         if self._lights is None or lights != self._sampled or tiles != before:
             self._sampled = lights
             counts = Counter(tile.light for tile in tiles)
             self._lights = uniform_buffer(lights_to_bytes(lights, [counts[index] for index in range(len(lights))]))
-        if not self._bounds:
+        if not self._regions:
             return
         is_new = self._allocate(tiles) or scene.caster_version != self._caster_version or scene.has_transparent_casters
         self._caster_version = scene.caster_version

@@ -62,17 +62,21 @@ class Frustum:
     center: tuple[float, float] = (0.0, 0.0)
 
 
-def shadow_tiles(lights: Sequence[Light], bounds: ShadowBounds) -> list[Tile]:
-    """Return the tiles of the lights that cast shadows, in their order, of one size, the largest at which all have room."""
+def shadow_tiles(lights: Sequence[Light], regions: Sequence[ShadowBounds], map_size: int = MAP_SIZE) -> list[Tile]:
+    """Return the tiles of the lights that cast shadows, in their order, of one size, the largest at which all have room.
+
+    They hold what is within `regions`, the first of them in a light's first tiles, in as many texels as a square of `map_size` has.
+    """
     frusta = []
     for index, light in enumerate(lights):
-        if light.casts_shadow and (shade := bounds.shade(light)).points:
-            frusta += [(index, shade, frustum) for frustum in _frusta(light, shade.points)]
+        for bounds in regions if light.casts_shadow else ():
+            if (shade := bounds.shade(light)).points:
+                frusta += [(index, bounds, shade, frustum) for frustum in _frusta(light, shade.points)]
     count = max(1, len(frusta))
     columns = count if count <= MOST_IN_A_ROW else math.ceil(math.sqrt(count))
-    size = int(MAP_SIZE / math.sqrt(columns * math.ceil(count / columns)))
+    size = int(map_size / math.sqrt(columns * math.ceil(count / columns)))
     tiles = []
-    for slot, (index, shade, frustum) in enumerate(frusta):
+    for slot, (index, bounds, shade, frustum) in enumerate(frusta):
         light = lights[index]
         matrix, texel, reach = _from_point(light, frustum, bounds, size) if frustum else _sun(light, shade, bounds, size)
         if light.shift is not None:

@@ -75,6 +75,7 @@ class Viewport:
                 return
             if self._renderer is None:
                 self._renderer = Renderer(self._cache)
+            self._cache.follow(scene)
             # Not in `update`, where Blender may have no graphics context; and Blender calls none where a script sets pixels.
             if self._renderer.refresh():
                 self._picture = None
@@ -109,7 +110,7 @@ class Viewport:
             renderer.begin(view)
             self._picture, self._sample = picture, 0
         if self._sample < scene.true_diffuse.viewport_samples:
-            renderer.add(view, self._sample, picture.filter_size, picture.background)
+            renderer.add(view, self._sample, picture.filter_size, picture.background, fades_in=True)
             self._sample += 1
         renderer.show_blended(*corner)  # Blender applies the view transform
         lacks = [group.heading for group in not_drawn.grouped([*renderer.cache.warnings, *renderer.warnings])]

@@ -67,7 +67,7 @@ class Stage:
         settings.film_transparent = True
         settings.filter_size = 0.0
         scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", render.CENTER
-        scene.cycles.max_bounces = 0
+        engines.leave_out_bounces(scene)
         scene.cycles.light_sampling_threshold = 0.0
         scene.cycles.use_fast_gi = False
         for index, material in enumerate(bpy.data.materials):

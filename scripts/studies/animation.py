@@ -76,7 +76,7 @@ class Animation:
             ball.data.materials[0] = None
         self.scene.eevee.use_shadows = shadows
         self.scene.eevee.use_raytracing = False
-        self.scene.cycles.max_bounces = 0
+        engines.leave_out_bounces(self.scene)
         render.crop(self.scene, render.region_of(self.scene, self.sphere))
         material = materials.create("Keyed", ROUGH_DIFFUSE, Quality=quality)
         self.node = material.node_tree.nodes[ROUGH_DIFFUSE.name]

@@ -41,7 +41,7 @@ class Characters:
         five.key.data.angle = KEY_ANGLE
         self._lights = {"key": five.key, "fill": elements.add(self.scene, "Fill", fill, placed)}
         self.scene.world = None
-        self.scene.cycles.max_bounces = 0
+        engines.leave_out_bounces(self.scene)
         self.scene.render.filter_size = FILTER
         self.scene.cycles.filter_width = FILTER / 2.0  # half the window
         self.cycles = cache(partial(self.radiance, engine=engines.CYCLES, samples=NOISELESS))

@@ -17,6 +17,8 @@
 //     SPECULAR_TABLE                  a layer reads the table of specular albedos
 //     DATA                            what is written of the surface in place of its light, in a pass
 //     THRESHOLD                       the least opacity of a surface in such a pass
+//     BOUNCE                          maps of ray bundles say what other surfaces reflect, and where they hide the sky
+//     LAYER                           a layer of a ray bundle is drawn: what the surface sends to other surfaces
 //     SUBSURFACE_IN_SCENE             some material scatters light below its surface, so that all write the outputs that
 //                                     subsurface_gather.glsl reads
 // The layers are those of Cycles' Principled BSDF (intern/cycles/kernel/svm/closure.h): sheen over coat over emission over metal over
@@ -43,7 +45,11 @@ float light_visibility(Light light, vec3 position, vec3 n, vec3 l)
         mat4 matrix = mat4(texelFetch(shadow_tiles, ivec2(0, row), 0), texelFetch(shadow_tiles, ivec2(1, row), 0),
             texelFetch(shadow_tiles, ivec2(2, row), 0), texelFetch(shadow_tiles, ivec2(3, row), 0));
         vec4 tile = texelFetch(shadow_tiles, ivec2(4, row), 0), more = texelFetch(shadow_tiles, ivec2(5, row), 0);
+#ifdef LAYER
+        const bool is_filtered = false; // needs no smooth edges
+#else
         bool is_filtered = more.x != 0.0;
+#endif
         vec3 axis = vec3(matrix[0].w, matrix[1].w, matrix[2].w); // along which the tile looks, 0 for a sun's
         // Moved off the surface by as much as its plane rises along the axis within the filter, so that it does not shadow itself.
         float cosine = dot(n, axis == vec3(0.0) ? l : axis);
@@ -122,9 +128,14 @@ float largest(vec3 color)
 
 void main()
 {
+#ifdef LAYER
+    if (is_peeled()) {
+        discard;
+    }
+#endif
     vec3 unmapped = surface_normal(), n = unmapped;
     MaterialInputs inputs = material_inputs(SHADED_POINT);
-#ifdef CULLED
+#if defined(CULLED) && !defined(LAYER)
     if (!is_front()) {
         discard;
     }
@@ -299,9 +310,29 @@ void main()
         entering += irradiance * max(dot(n, l), 0.0);
 #endif
     }
+#ifdef BOUNCE
+    vec3 bounced = vec3(0.0); // what rays that meet other surfaces change of the ambient term
+    vec4 met_around = vec4(0.0); // rgb: mean of the radiance they meet, w: fraction of them, weighted by the cosine
+    for (int k = 0; k < int(bundles.use.x); k++) {
+        vec3 l = bundles.towards[k].xyz;
+        vec4 met = bundles.sky[k].w * met_by_ray(k, world_position, unmapped);
+#ifdef LAYER
+        met.rgb = vec3(0.0); // light bounces once
+#endif
+        vec3 irradiance = met.rgb - met.w * bundles.sky[k].rgb;
+        bounced += irradiance * (BASE_RADIANCE);
+        met_around += met * (max(dot(n, l), 0.0) / 3.14159265358979);
+#ifdef SUBSURFACE
+        entering += irradiance * max(dot(n, l), 0.0);
+#endif
+    }
+#define SURROUNDED(sky) ((sky) * (1.0 - met_around.w) + met_around.rgb)
+#else
+#define SURROUNDED(sky) (sky)
+#endif
 #ifdef AMBIENT
 #ifdef WORLD_MAP
-#define REFLECTED(n, v, alpha) world_reflected(n, v, alpha)
+#define REFLECTED(n, v, alpha) SURROUNDED(world_reflected(n, v, alpha))
     vec3 around = world_around(n), base_albedo = BASE_ALBEDO(mu);
     diffuse += around * base_albedo;
 #if defined(SHAPED) || defined(FUZZ)
@@ -327,7 +358,7 @@ void main()
     diffuse += (ALBEDO(mu) - base_albedo) * world_reflected(n, v, sqrt(2.0 / (max(inputs.highlight_exponent, 0.0) + 2.0)));
 #endif
 #else
-#define REFLECTED(n, v, alpha) view.world.rgb
+#define REFLECTED(n, v, alpha) SURROUNDED(view.world.rgb)
     vec3 around = view.world.rgb;
     diffuse += around * (ALBEDO(mu));
 #endif
@@ -351,26 +382,40 @@ void main()
 #endif
 #ifdef FUZZ
 #ifdef WORLD_MAP
-    glossy += max(around + fuzzy / max(fibers, 1e-6), 0.0) * fuzz;
+    glossy += SURROUNDED(max(around + fuzzy / max(fibers, 1e-6), 0.0)) * fuzz;
 #else
-    glossy += around * fuzz;
+    glossy += SURROUNDED(around) * fuzz;
 #endif
 #endif
 #ifdef SUBSURFACE
     entering += 3.14159265358979 * around;
 #endif
 #endif
+#ifdef BOUNCE
+    diffuse += bounced;
+#ifdef HIGHLIGHT
+    diffuse += (ALBEDO(mu) - BASE_ALBEDO(mu)) * (met_around.rgb - met_around.w * around);
+#endif
+#endif
     weight *= shown;
 #ifdef SUBSURFACE
     float scattered = clamp(inputs.subsurface_weight, 0.0, 1.0); // the fraction of the light that scatters below the surface
     diffuse *= 1.0 - scattered;
+#ifdef LAYER
+    diffuse += entering * albedo * (scattered / 3.14159265358979); // as if it did not spread
+#else
     out_entering = vec4(entering, float(object_number_of(object_index)));
     float depth = view.camera.w == 0.0 ? -dot(view.camera.xyz, world_position) : 1.0 / gl_FragCoord.w;
     out_distance = vec4(burley_d(albedo, inputs.subsurface_radius), depth); // depth [m] along the camera's axis
     out_tint = vec4(albedo * weight * (scattered / 3.14159265358979), 1.0);
+#endif
 #elif defined(SUBSURFACE_IN_SCENE)
     out_entering = out_distance = out_tint = vec4(0.0);
 #endif
+#ifdef LAYER
+    out_radiance = vec4(radiance + weight * diffuse, gl_FragCoord.z);
+#else
     out_radiance = vec4(radiance + weight * diffuse + shown * glossy, 1.0);
+#endif
 #endif
 }

@@ -19,7 +19,11 @@ bool is_seen_through(float opacity)
         return false;
     }
     uint face = hashed(uint(gl_PrimitiveID) + hashed(2u * uint(object_number_of(object_index)) + (gl_FrontFacing ? 0u : 1u)));
-    uint pixel = hashed(uint(gl_FragCoord.x) + hashed(uint(gl_FragCoord.y) + face));
+    uvec2 place = uvec2(gl_FragCoord.xy);
+#ifdef LAYER
+    place.x %= uint(layer.y); // the same in all layers
+#endif
+    uint pixel = hashed(place.x + hashed(place.y + face));
     float start = float(pixel >> 8) / 16777216.0;
     float step_size = mix(0.3, 0.7, float(face >> 8) / 16777216.0);
     return fract(start + view.world.w * step_size) >= opacity;

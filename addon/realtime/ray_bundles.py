@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bounced light and the occlusion of the sky by ray bundles: all rays of a sample have one of a few directions.
+
+L. Szirmay-Kalos and W. Purgathofer, "Global Ray-bundle Tracing" (1998); T. Hachisuka, "High-Quality Global Illumination Rendering
+Using Rasterization" (GPU Gems 2, 2005). A parallel projection along a direction has the scene's surfaces in layers, peeled from the
+farthest to the nearest, with the radiance that they send against it. So the first layer in front of a point is what its ray meets.
+"""
+
+import math
+import random
+import struct
+from collections.abc import Sequence
+from contextlib import suppress
+from itertools import product
+
+import gpu
+from mathutils import Matrix, Vector
+
+from ..models.vector import Vector as Triple
+from .driver import DriverError, bound, specular_table, uniform_buffer
+from .driver_scene import DriverScene
+from .program import MAX_BUNDLES, Variant, reads_table, surface_program
+from .shadow_maps import ShadowMaps
+from .view import View, matrix_to_bytes
+from .world_maps import Sample
+
+SMALLEST, LARGEST = 128, 1024  # texels of a map's side, which otherwise is half the picture's
+LAYERS = 4  # of surfaces behind each other; a point behind more of them meets the nearest of these
+SHADOW_SIZE = 2048  # texels
+STEPS = (0.7548776662466927, 0.5698402909980532)  # the additive recurrence of the plastic number fills a square evenly
+UNIFORM = 0.5  # the part of the directions that are spread evenly under a sky that varies; the others are as dense as its light
+BLOCK = 16  # samples, whose directions come in random order
+TURN = 0.6180339887498949  # of a map from direction to direction, as a fraction of a turn, so that no texel stays where it is
+EMPTY = (0.0, 0.0, 0.0, -1.0)  # a texel of a layer without a surface
+MARGIN = 2.0  # texels around what a map has to hold
+FADE_IN = 8  # samples of a picture that grows before the artist's eyes
+
+
+class Bundle:
+    """The map along a direction: `towards` is the unit vector along which its rays go, `texel` the width of a texel [m].
+
+    `row` is the map's place in its texture, `matrix` takes a point of the world to its clip space. `sky` is the world's radiance
+    there [W/(m^2 sr)], `irradiance` that of a plane that faces a ray of radiance 1 [W/m^2].
+    """
+
+    def __init__(self, row: int, sample: Sample, size: int, turn: float, seen: Sequence[Vector], met: Sequence[Vector]) -> None:
+        """Fit the projection, turned by so many turns around the rays, to the points `seen`, which send them, and to all `met`."""
+        self.row = row
+        self.towards, self.sky, self.irradiance = Vector(sample.direction), sample.radiance, 1.0 / (MAX_BUNDLES * sample.density)
+        turned = Matrix.Rotation(2.0 * math.pi * turn, 3, "Z")
+        rotation = turned @ (-self.towards).to_track_quat("Z", "Y").to_matrix().inverted()
+        points = [rotation @ point for point in seen]
+        low, high = (Vector(pick(point[axis] for point in points) for axis in range(2)) for pick in (min, max))
+        width = max(*(high - low), 1e-6) * (1.0 + MARGIN / size)
+        near, far = max(point.z for point in points), min((rotation @ point).z for point in (*seen, *met))
+        depth = max(near - far, 1e-6) * 1.001
+        center = Vector((*((low + high) / 2.0), (near + far) / 2.0))
+        scale = Matrix.Diagonal((2.0 / width, 2.0 / width, -2.0 / depth, 1.0))
+        self.matrix = scale @ Matrix.Translation(-center) @ rotation.to_4x4()
+        self.texel = width / size
+
+
+class RayBundles:
+    """The maps of a sample's MAX_BUNDLES directions, below each other in one texture, and those of the sample before in another.
+
+    The surfaces in a map get as much of the sky as one of the maps before says.
+    """
+
+    def __init__(self, scene: DriverScene) -> None:
+        self._scene = scene
+        self._shadow_maps = ShadowMaps(scene, SHADOW_SIZE)
+        self._size = 0
+        self._bundles: list[Bundle] = []
+
+    def begin(self, view: View, sample: int) -> None:
+        """Prepare for samples of `view` from a first one on. Raises DriverError where the driver has no memory for the maps."""
+        bounds = self._scene.bounds
+        size = 2 ** round(math.log2(max(view.width, view.height) / 2.0))
+        self._allocate(max(SMALLEST, min(size, LARGEST)))
+        self._everything = _corners(bounds.everything if bounds else [])
+        polygons = bounds.visible(view) if bounds else []
+        self._seen = _corners([corner for polygon in polygons for corner in polygon]) or self._everything
+        if not sample:
+            self._bundles = []
+        self._shadow_maps.begin_within([polygons, []], sample)
+
+    def draw(self, sample: int, fades_in: bool) -> None:
+        """Draw the maps of a sample; with `fades_in` the first FADE_IN samples grow in weight, from none."""
+        before, self._bundles = self._bundles, []
+        self._maps.reverse()
+        self._buffers.reverse()
+        weight = 2.0 * sample / (FADE_IN - 1) if fades_in and sample < FADE_IN else 1.0
+        if self._everything and weight:
+            self._shadow_maps.light(sample)
+            for buffer in self._buffers[0]:
+                with buffer.bind():
+                    gpu.state.depth_mask_set(True)
+                    buffer.clear(color=EMPTY, depth=0.0)
+            self._bundles = [
+                Bundle(row, direction, self._size, TURN * (MAX_BUNDLES * sample + row), self._seen, self._everything)
+                for row, direction in enumerate(self._directions(sample))
+            ]
+            for bundle in self._bundles:
+                self._draw_layers(bundle, [before[(sample + bundle.row) % MAX_BUNDLES]] if before else [], sample)
+        self._block = uniform_buffer(_to_bytes(self._bundles, self._size, weight))
+
+    def _directions(self, sample: int) -> Sequence[Sample]:
+        """Return MAX_BUNDLES directions."""
+        cache = self._scene.cache
+        if not cache.environment.is_even:
+            return self._scene.world.directions(MAX_BUNDLES, sample, UNIFORM)
+        order = list(range(BLOCK))
+        random.Random(sample // BLOCK).shuffle(order)
+        first = (sample - sample % BLOCK + order[sample % BLOCK]) * MAX_BUNDLES
+        points = [tuple((0.5 + (first + row) * step) % 1.0 for step in STEPS) for row in range(MAX_BUNDLES)]
+        return [Sample(_direction(*point), cache.world, 1.0 / (4.0 * math.pi)) for point in points]
+
+    def give(self, shader: gpu.types.GPUShader) -> None:
+        """Have `shader` read the maps."""
+        shader.uniform_block("bundles", self._block)
+        shader.uniform_sampler("bundle_map", self._maps[0])
+
+    def _allocate(self, size: int) -> None:
+        """Make the textures: a row for each map, of its layers. Their depths are in two by turns, as each reads the one before."""
+        if self._size == size:
+            return
+        self._size, self._extent = 0, (LAYERS * size, MAX_BUNDLES * size)
+        try:
+            self._maps = [gpu.types.GPUTexture(self._extent, format="RGBA32F") for _ in range(2)]
+            self._depths = [gpu.types.GPUTexture(self._extent, format="DEPTH_COMPONENT32F") for _ in range(2)]
+            self._buffers = [
+                [gpu.types.GPUFrameBuffer(depth_slot=depth, color_slots=texture) for depth in self._depths]
+                for texture in self._maps
+            ]
+        except (RuntimeError, ValueError, MemoryError) as error:
+            raise DriverError("The graphics driver has no room for bounced light") from error
+        self._size = size
+
+    def _draw_layers(self, bundle: Bundle, before: Sequence[Bundle], sample: int) -> None:
+        """Draw the map of `bundle`, whose surfaces see the sky by the map of `before`."""
+        scene, size = self._scene, self._size
+        view = View(bundle.matrix, -bundle.towards, False, size, size)
+        view_block = uniform_buffer(view.to_bytes(scene.cache.world, sample))
+        before_block = uniform_buffer(_to_bytes(before, size, 1.0))
+        gpu.state.blend_set("NONE")
+        gpu.state.face_culling_set("NONE")
+        gpu.state.depth_test_set("GREATER")
+        gpu.state.depth_mask_set(True)
+        for layer in range(LAYERS):
+            buffer = self._buffers[0][layer % 2]
+            with buffer.bind():
+                buffer.viewport_set(layer * size, bundle.row * size, size, size)
+                for variant, material, parts in scene.layers:
+                    shader = bound(surface_program, variant)
+                    scene.give_inputs(shader, view_block, material.code)
+                    shader.uniform_sampler("farther_map", self._depths[(layer + 1) % 2])
+                    shader.uniform_int("layer", (layer, size))
+                    self._give_light(shader, variant, before_block)
+                    for part in parts:
+                        scene.draw_part(shader, part)
+                buffer.viewport_set(0, 0, *self._extent)
+        gpu.state.depth_test_set("NONE")
+
+    def _give_light(self, shader: gpu.types.GPUShader, variant: Variant, before_block: gpu.types.GPUUniformBuf) -> None:
+        """Have `shader` read what lights a layer; the compiler drops what it does not use."""
+        self._shadow_maps.give(shader, variant.lighting)
+        if variant.lighting.world_map:
+            self._scene.world.give(shader)
+        if reads_table(variant.features):
+            with suppress(ValueError):
+                shader.uniform_sampler("specular_table", specular_table())
+        if variant.lighting.bounce:
+            shader.uniform_block("bundles", before_block)
+            shader.uniform_sampler("bundle_map", self._maps[1])
+
+
+def _direction(u: float, v: float) -> Triple:
+    """Return the unit vector for a point of a square; all directions are equally likely."""
+    z, angle = 1.0 - 2.0 * u, 2.0 * math.pi * v
+    across = math.sqrt(max(1.0 - z * z, 0.0))
+    return across * math.cos(angle), across * math.sin(angle), z
+
+
+def _corners(points: Sequence[Vector]) -> list[Vector]:
+    """Return the corners of the box around `points`, none without points."""
+    if not points:
+        return []
+    return [Vector(corner) for corner in product(*((min(values), max(values)) for values in zip(*points, strict=True)))]
+
+
+def _to_bytes(bundles: Sequence[Bundle], size: int, weight: float) -> bytes:
+    """Return the struct Bundles of program.py with up to MAX_BUNDLES `bundles` of `size` texels a side."""
+    missing, scale = MAX_BUNDLES - len(bundles), MAX_BUNDLES / max(len(bundles), 1)
+    matrices = b"".join(matrix_to_bytes(bundle.matrix) for bundle in bundles) + bytes(64 * missing)
+    towards = b"".join(struct.pack("4f", *bundle.towards, bundle.texel) for bundle in bundles) + bytes(16 * missing)
+    sky = b"".join(struct.pack("4f", *bundle.sky, weight * scale * bundle.irradiance) for bundle in bundles) + bytes(16 * missing)
+    return matrices + towards + sky + struct.pack("4f", len(bundles), bundles[0].row if bundles else 0, size, 0.0)

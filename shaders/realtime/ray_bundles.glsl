@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What parallel rays meet: addon/realtime/ray_bundles.py. A map is a row of squares, one for each layer of surfaces, from the farthest, at the
+// left, to the nearest: rgb: their radiance against the rays [W/(m^2 sr)], a: depth, -1 where there is none.
+// Of `bundles`, matrix[k] takes a point to the clip space of map k; towards[k]: the unit vector along its rays, w: the width of a
+// texel [m]; sky[k]: the radiance of the sky there, w: the irradiance of a plane that faces a ray of radiance 1 [W/m^2]; use.x: the
+// number of maps, use.y: the first one's row in the texture, use.z: the texels of a square's side.
+
+// Returns what the ray of map k meets first that leaves a surface of unit normal n: rgb: its radiance, w: 1; 0 where it meets nothing.
+vec4 met_by_ray(int k, vec3 position, vec3 n)
+{
+    vec4 towards = bundles.towards[k];
+    float cosine = dot(n, towards.xyz);
+    if (cosine <= 0.0) {
+        return vec4(0.0);
+    }
+    // off the surface by as much as its plane rises along the rays within a texel, so that it does not meet itself
+    vec3 start = position + n * (towards.w * (0.25 + 0.75 * sqrt(max(0.0, 1.0 - cosine * cosine))));
+    vec3 point = (bundles.matrix[k] * vec4(start, 1.0)).xyz * 0.5 + 0.5;
+    if (any(lessThan(point.xy, vec2(0.0))) || any(greaterThanEqual(point.xy, vec2(1.0)))) {
+        return vec4(0.0);
+    }
+    int size = int(bundles.use.z);
+    ivec2 texel = ivec2(point.xy * bundles.use.z) + ivec2(0, size * (int(bundles.use.y) + k));
+    for (int x = textureSize(bundle_map, 0).x - size; x >= 0; x -= size) {
+        vec4 surface = texelFetch(bundle_map, texel + ivec2(x, 0), 0);
+        if (surface.w > point.z) {
+            return vec4(surface.rgb, 1.0);
+        }
+    }
+    return vec4(0.0);
+}
