@@ -321,7 +321,7 @@ def sky_program(name: str, constants: str) -> Program:
 
 def world_radiance_program(inputs: Inputs) -> Program:
     """Return the program that computes the octahedral map of a world of `inputs`, and what of it makes suns."""
-    constants = {"size": "FLOAT", "threshold": "FLOAT", "bright": "FLOAT", "subsamples": "INT"}
+    constants = {"size": "FLOAT", "threshold": "FLOAT", "bright": "FLOAT", "subsamples": "INT", "fine": "INT"}
     outputs = ("out_radiance", "out_excess", "out_moment")
     return replace(_world_program("world_radiance", inputs, constants, _LUMINANCE), outputs=outputs)
 

@@ -106,10 +106,13 @@ class SceneCache:
     def lighting(self) -> Lighting:
         """Return what the scene's lights and world ask of all surface shaders."""
         types = frozenset(light.kind for light in self.lights)
-        has_map = not self.environment.is_even
+        has_shadows, world = any(light.casts_shadow for light in self.lights), self.environment
+        if world.may_have_suns:  # whether it has them now or not, so that one that turns compiles nothing
+            types |= {"SUN"}
+            has_shadows |= world.has_shadows
+        has_map = not world.is_even
         has_sky = has_map or any(self.world)
         is_lit = bool(types) or has_sky or any("EMISSION" in material.features for material in self.materials.values())
-        has_shadows = any(light.casts_shadow for light in self.lights)
         bounces = self.bounces_light and is_lit
         return Lighting(types, has_shadows, has_sky or bounces, has_map, bounces)
 

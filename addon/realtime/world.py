@@ -71,6 +71,11 @@ class World:
         return isinstance(self.diffuse, tuple) and self.diffuse == self.glossy
 
     @property
+    def may_have_suns(self) -> bool:
+        """Whether suns are looked for in its map."""
+        return isinstance(self.diffuse, Code) and self.sun_threshold > 0.0
+
+    @property
     def codes(self) -> tuple[Code, ...]:
         """All that is computed by direction, without repetition."""
         return tuple(dict.fromkeys(one for one in (self.camera, self.diffuse, self.glossy) if isinstance(one, Code)))

@@ -53,7 +53,9 @@ CAP = math.radians(6.0)  # how far around its brightest block a sun reaches
 FLAT = math.radians(4.0)  # the half angle from which on it is no sun
 FAINTEST = 0.01  # the part of the world's luminance that a sun has at least
 SHARPNESS = 60.0  # of the smoothed map: a standard deviation of 7 degrees
-GLOSSY_SAMPLES = 48
+FEW_SAMPLES, GLOSSY_SAMPLES = 16, 48  # of what is reflected rather sharply, and of the rest
+SHARP_LEVELS = 3
+WIDEST = 5.0  # the width of the widest texel of an octahedral map times the map's size [rad]
 MIRROR = 1e-4  # alpha of what is reflected sharply
 BRIGHT = 10.0  # [W/(m^2 sr)] from which on all of a texel is looked at closely where no suns are made
 
@@ -113,6 +115,7 @@ class WorldMaps:
                 gpu.state.depth_test_set("NONE")
                 gpu.state.blend_set("NONE")
                 self._make(world, has_glossy)
+                gpu.shader.unbind()  # else Blender keeps what forget_shaders frees
         return True
 
     def give(self, shader: gpu.types.GPUShader) -> None:
@@ -189,7 +192,8 @@ class WorldMaps:
             block = _tile_block(parts, len(parts) - 1)
             for level, tile in enumerate(tiles[2:]):
                 alpha = 4.0 / size * 2.0**level if level else MIRROR
-                given = {"world_map": pyramid, "alpha": alpha, "samples": GLOSSY_SAMPLES if level else 1, "world_tiles": block}
+                samples = GLOSSY_SAMPLES if level >= SHARP_LEVELS else FEW_SAMPLES if level else 1
+                given = {"world_map": pyramid, "alpha": alpha, "samples": samples, "world_tiles": block}
                 self._fill(self._map, world_glossy_program, tile, 2, **given)
 
     def _rest(self, world: World, radiance: Radiance, size: int, *, finds_suns: bool) -> gpu.types.GPUTexture:
@@ -205,8 +209,9 @@ class WorldMaps:
             shader.uniform_float("size", float(size))
             shader.uniform_float("threshold", world.sun_threshold)
             shader.uniform_float("bright", world.sun_threshold or BRIGHT)
-            # no step is longer than a pixel of the image: a texel is at most 5 / size wide [rad]
-            shader.uniform_int("subsamples", max(1, math.ceil(5.0 / size * width / math.tau)))
+            subsamples = max(1, math.ceil(WIDEST / size * width / math.tau))  # no step is longer than a pixel of the image
+            shader.uniform_int("subsamples", subsamples)
+            shader.uniform_int("fine", 2 * subsamples + 2)
             self._triangle.draw(shader)
         if world.sun_threshold <= 0.0:
             return maps[0]

@@ -20,7 +20,7 @@ from true_diffuse.scenes.sphere import COLOR, SphereUnderSun
 from true_diffuse.scripts.studies.study import Step, Table, pivot
 
 ROUGHNESS = 0.33
-NOISELESS, QUICK_NOISELESS = 4096, 512  # Cycles' samples
+NOISELESS, QUICK_NOISELESS = 1024, 256  # Cycles' samples
 SAMPLES = (1, 16, 64)  # Realtime's
 SUN_ELEVATION, SUN_ROTATION = math.radians(35.0), math.radians(140.0)  # of the Sky Texture
 SKY_STRENGTH = 0.1

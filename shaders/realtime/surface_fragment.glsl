@@ -339,7 +339,7 @@ void main()
     // What the model, and fibers, make of the sky beside its mean: their reflection from directions as dense as the cosine.
     vec3 shaped = vec3(0.0), fuzzy = vec3(0.0);
     float fibers = 0.0;
-    for (int k = 0; k < RINGS * SECTORS; k++) {
+    for (int k = 0; k < DIRECTIONS; k++) {
         vec3 l = world_direction(k, n, v);
         vec3 difference = world_smooth(l) - around;
         float cosine = max(dot(n, l), 1e-6);
@@ -352,7 +352,7 @@ void main()
         fibers += fiber;
 #endif
     }
-    diffuse = max(diffuse + shaped / float(RINGS * SECTORS), 0.0);
+    diffuse = max(diffuse + shaped / float(DIRECTIONS), 0.0);
 #endif
 #ifdef HIGHLIGHT
     diffuse += (ALBEDO(mu) - base_albedo) * world_reflected(n, v, sqrt(2.0 / (max(inputs.highlight_exponent, 0.0) + 2.0)));

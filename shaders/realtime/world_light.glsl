@@ -3,7 +3,7 @@
 // by the cosine to a direction, the second itself, smoothed, the others what GGX of alpha 4 / s, 8 / s, ... 1 reflects of it, s being the
 // size of the first of them. hemispheres.glsl comes before it.
 
-const int RINGS = 3, SECTORS = 5;
+const int DIRECTIONS = 16;
 
 // Returns the irradiance of a surface, over pi [W/(m^2 sr)]; n: its unit normal.
 vec3 world_around(vec3 n)
@@ -29,15 +29,14 @@ vec3 world_reflected(vec3 n, vec3 v, float alpha)
         level - float(low));
 }
 
-// Returns one of RINGS * SECTORS directions, as dense as the cosine to n; from sample to sample of the picture they turn. The first
-// axis is that in which v leans, so that all pixels see the same directions.
+// Returns one of DIRECTIONS directions on a spiral, as dense as the cosine to n; from sample to sample of the picture they move. The
+// first axis is that in which v leans, so that all pixels see the same directions.
 vec3 world_direction(int k, vec3 n, vec3 v)
 {
     vec3 x = v - n * dot(n, v);
     float square = dot(x, x);
     x = square > 1e-12 ? x * inversesqrt(square) : normalize(abs(n.x) < 0.5 ? cross(n, vec3(1.0, 0.0, 0.0)) : cross(n, vec3(0.0, 1.0, 0.0)));
-    int ring = k / SECTORS;
-    float height = (float(ring) + fract(0.5 + view.world.w * 0.754877666246693)) / float(RINGS);
-    float angle = 6.28318530717959 / float(SECTORS) * (float(k) + 0.5 * float(ring % 2) + fract(view.world.w * 0.569840290998053));
+    float height = (float(k) + fract(0.5 + view.world.w * 0.618033988749895)) / float(DIRECTIONS);
+    float angle = 6.28318530717959 * fract(float(k) * 0.618033988749895 + view.world.w * 0.569840290998053);
     return sqrt(height) * (cos(angle) * x + sin(angle) * cross(n, x)) + sqrt(1.0 - height) * n;
 }

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The world's radiance, the mean over each texel of an octahedral map, and of that what is above `threshold`, which makes suns.
-// `subsamples` is the number of steps across a texel; where they meet something brighter than `bright`, FINE ones are taken instead, so
-// that no small sun is missed or gets more or less of the light than it has.
-
-#define FINE 16
+// `subsamples` is the number of steps across a texel; where they meet something brighter than `bright`, `fine` ones are taken instead,
+// so that no small sun is missed or gets more or less of the light than it has.
 
 vec3 radiance_at(vec2 place)
 {
@@ -31,8 +29,8 @@ void main()
         return;
     }
     sum = vec3(0.0);
-    for (int k = 0; k < FINE * FINE; k++) {
-        vec2 place = corner + (vec2(k % FINE, k / FINE) + 0.5) / float(FINE);
+    for (int k = 0; k < fine * fine; k++) {
+        vec2 place = corner + (vec2(k % fine, k / fine) + 0.5) / float(fine);
         vec3 radiance = radiance_at(place);
         sum += radiance;
         float largest = max(radiance.r, max(radiance.g, radiance.b));
@@ -43,7 +41,7 @@ void main()
             out_moment += luminance * vec4(normalize(octahedral_direction(place * (2.0 / size) - 1.0)), 1.0);
         }
     }
-    float weight = 1.0 / float(FINE * FINE);
+    float weight = 1.0 / float(fine * fine);
     out_radiance.rgb = sum * weight;
     out_excess *= weight;
     out_moment *= weight;
