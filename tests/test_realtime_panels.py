@@ -46,7 +46,7 @@ HIDDEN = """
     EEVEE_MATERIAL_PT_settings EEVEE_MATERIAL_PT_settings_surface EEVEE_MATERIAL_PT_settings_volume
     EEVEE_MATERIAL_PT_thickness EEVEE_MATERIAL_PT_volume EEVEE_WORLD_PT_lightprobe EEVEE_WORLD_PT_mist EEVEE_WORLD_PT_settings
     EEVEE_WORLD_PT_sun EEVEE_WORLD_PT_sun_shadow EEVEE_WORLD_PT_volume MATERIAL_PT_preview OBJECT_PT_shading
-    OBJECT_PT_shadow_terminator PARTICLE_PT_render_path PARTICLE_PT_render_path_timing PHYSICS_PT_fluid_domain_render
+    OBJECT_PT_shadow_terminator PARTICLE_PT_render_path_timing PHYSICS_PT_fluid_domain_render
     RENDER_PT_eevee_clamping RENDER_PT_eevee_clamping_surface RENDER_PT_eevee_clamping_volume RENDER_PT_eevee_denoise
     RENDER_PT_eevee_depth_of_field RENDER_PT_eevee_film RENDER_PT_eevee_gi_approximation RENDER_PT_eevee_hair
     RENDER_PT_eevee_light_paths RENDER_PT_eevee_light_paths_intensity RENDER_PT_eevee_motion_blur
@@ -223,13 +223,6 @@ def foggy() -> None:
     tree.links.new(tree.nodes.new("ShaderNodeVolumeScatter").outputs[0], tree.get_output_node("ALL").inputs["Volume"])
 
 
-def furry() -> None:
-    item = link("Fur", bpy.data.meshes.new("Fur"))
-    item.modifiers.new("Hair", "PARTICLE_SYSTEM")
-    item.particle_systems[0].settings.type = "HAIR"
-    item.particle_systems[0].settings.render_type = "PATH"
-
-
 def linked() -> None:
     light_object().light_linking.receiver_collection = bpy.data.collections.new("Lit")
 
@@ -248,7 +241,6 @@ SETTINGS = {
     "passes stay empty (1): Mist": with_passes,
     "leaves these out, but they are drawn (1): Environment": without_sky,
     "volume is not drawn (1): World": foggy,
-    "hair of particle systems is not drawn (1): Fur": furry,
     "light probes are not drawn (1): Probe": lambda: link("Probe", bpy.data.lightprobes.new("Probe", "SPHERE")),
     "shadow catchers are drawn as other objects (1): Floor": lambda: setattr(
         link("Floor", bpy.data.meshes.new("Floor")), "is_shadow_catcher", True

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -353,7 +352,12 @@ def test_programs_are_used_by_one_thread_at_a_time(stage: Stage, monkeypatch) ->
         return called
 
     # what begins each use of a program: for surfaces and shadows the depth test, then the program itself
-    for user, name in product((renderer, shadow_maps), ("use_depth_test", "bound")):
+    for user, name in (
+        (driver_scene, "use_depth_test"),
+        (shadow_maps, "use_depth_test"),
+        (renderer, "bound"),
+        (shadow_maps, "bound"),
+    ):
         monkeypatch.setattr(user, name, asking(getattr(driver, name)))
     stage.render()
     assert free == [False] * (2 + 5)  # shadows, surfaces, scattering, the sum, the picture

@@ -131,8 +131,6 @@ def _of_object(item: bpy.types.Object) -> Iterator[tuple[str, str]]:
         yield "OUTLINER_OB_LIGHTPROBE", "light probes are not drawn"
     if item.is_shadow_catcher:
         yield "OBJECT_DATA", "shadow catchers are drawn as other objects"
-    if any(system.settings.render_type == "PATH" for system in item.particle_systems):
-        yield "PARTICLES", "hair of particle systems is not drawn"
 
 
 def _of_light(item: bpy.types.Object) -> Iterator[tuple[str, str]]:

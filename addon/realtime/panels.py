@@ -20,7 +20,7 @@ IGNORED = (  # patterns of generic panels whose settings the engine does not fol
     "DATA_PT_spot",
     "DATA_PT_volume_render",
     "OBJECT_PT_shading",  # light linking
-    "PARTICLE_PT_render_path*",
+    "PARTICLE_PT_render_path_timing",
     "PHYSICS_PT_fluid_domain_render",
     "RENDER_PT_simplify*",  # also to have Sampling come first, as panels of one order stand as they were registered
 )

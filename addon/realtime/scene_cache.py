@@ -15,6 +15,7 @@ from .materials import GLOSSY, HOLDOUT, OUR_SAMPLERS, RenderMaterial, render_mat
 from .meshes import Mesh, is_finite
 from .not_drawn import Omission
 from .objects import Identity, IsShown, Part, Visibility
+from .particle_hair import hair_material, hair_strips, hair_systems
 from .program import MAX_LIGHTS, Inputs, Lighting, Variant
 from .strips import Strips
 from .world import NO_WORLD, World, read_world
@@ -60,6 +61,7 @@ class SceneCache:
     _world_suns: tuple[Light, ...] = ()
     _has_moving_world: bool = False  # which follows an object
     _depsgraph: int | None = None  # the address of that of the last update
+    _is_render: bool = False  # rather than a viewport
     _settings: tuple[int, float] | None = None  # the view layer's material, and the length of a meter
     _identity: Identity | None = None  # of the objects in `groups`
     _names: dict[int, str] = field(default_factory=dict)  # of the materials
@@ -137,6 +139,7 @@ class SceneCache:
         `is_shown` tells whether a viewport shows an object, None that it shows what its view layer does.
         """
         before = self.version
+        self._is_render = depsgraph.mode == "RENDER"
         changes = Changes.of(depsgraph)
         override, meter = depsgraph.view_layer_eval.material_override, 1.0 / depsgraph.scene.unit_settings.scale_length
         settings = (override.original.session_uid if override else NO_MATERIAL, meter)
@@ -227,7 +230,7 @@ class SceneCache:
             if kind not in ("MESH", "CURVES", "LIGHT", *NOT_DRAWN):
                 continue
             owner = instance.parent if instance.is_instance else item
-            if not instance.show_self or not (is_shown is None or is_shown(owner)):
+            if not (instance.show_self or instance.show_particles) or not (is_shown is None or is_shown(owner)):
                 continue
             if kind in NOT_DRAWN:
                 said[NOT_DRAWN[kind]._replace(name=item.name)] = None
@@ -254,7 +257,7 @@ class SceneCache:
             records[key] = record
             if record.omission:
                 said[record.omission] = None
-            for part in record.parts:
+            for part in record.parts if instance.show_self else (part for part in record.parts if part.is_strip):
                 groups.setdefault(part, []).append(index)
         self._records = records
         self._known |= {uid for record in records.values() for uid in record.uids}
@@ -283,25 +286,34 @@ class SceneCache:
         data = item.to_mesh() if item.type == "MESH" and item.data.is_editmode else item.data
         mesh = self._meshes.get(mesh_key)
         if mesh is None:
-            mesh = self._meshes[mesh_key] = Strips(data) if item.type == "CURVES" else Mesh(data)
+            mesh = self._meshes[mesh_key] = Strips.of(data) if item.type == "CURVES" else Mesh(data)
             self._users[mesh_key] = set()
         uids = frozenset((uid, mesh_key[1]))
         self._users[mesh_key] |= uids
         wanted: dict[int, tuple[MeshAttribute, ...]] = {}
         parts = []
         for slot in mesh.slots:
-            material = override or _slot_material(item, data, slot)
-            material_uid = material.original.session_uid if material else NO_MATERIAL
-            if material_uid not in self.materials:
-                self.materials[material_uid] = render_material(material, self._meter)
-                if material:
-                    self._names[material_uid] = material.name
+            material_uid = self._material(override or _slot_material(item, data, slot))
             wanted[slot] = self.materials[material_uid].attributes
             parts.append(Part(mesh, slot, material_uid, *shown))
         mesh.prepare(data, wanted, item.to_mesh)
         item.to_mesh_clear()
+        for system in hair_systems(item, self._is_render):
+            strips = hair_strips(item, system, self._is_render)
+            material_uid = self._material(override or hair_material(item, system))
+            strips.prepare(None, dict.fromkeys(strips.slots, self.materials[material_uid].attributes), item.to_mesh)
+            parts += [Part(strips, slot, material_uid, *shown) for slot in strips.slots]
         what = f"{mesh.skipped} triangles are left out, as their vertices are not finite or too far away"
         return Record(tuple(parts), uids, Omission("MESH_DATA", what, item.name) if mesh.skipped else None)
+
+    def _material(self, material: bpy.types.Material | None) -> int:
+        """Return the key of a material in `materials`, which is read unless it is there."""
+        uid = material.original.session_uid if material else NO_MATERIAL
+        if uid not in self.materials:
+            self.materials[uid] = render_material(material, self._meter)
+            if material:
+                self._names[uid] = material.name
+        return uid
 
     def _read_lights(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Read the lights, at most MAX_LIGHTS of them."""

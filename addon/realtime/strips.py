@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hair curves on the driver: their control points as a texture, and the strips that shaders lay along them."""
+"""Hair on the driver: curves' control points as a texture, and the strips that shaders lay along them."""
 
 from array import array
 from collections import defaultdict
@@ -29,15 +29,22 @@ class Strips(Geometry[bpy.types.Curves]):
     towards the next, 0 to 1, the side, -1 or 1, and whether the piece is the curve's first (1), last (2) or both (3).
     """
 
-    def __init__(self, curves: bpy.types.Curves) -> None:
-        """Send the evaluated `curves` to the driver."""
-        super().__init__()
-        offsets = item_values(curves.curve_offset_data, "value", kind="i")
+    @classmethod
+    def of(cls, curves: bpy.types.Curves) -> "Strips":
+        """Return the strips of the evaluated `curves`."""
         if not len(curves.points):
-            return
-        positions = item_values(curves.attributes["position"].data, "vector", 3)
+            return cls(array("i"), array("f"), array("f"))
         radius = curves.attributes.get("radius")
-        radii = item_values(radius.data, "value") if radius else array("f", (RADIUS,)) * len(curves.points)
+        return cls(
+            item_values(curves.curve_offset_data, "value", kind="i"),
+            item_values(curves.attributes["position"].data, "vector", 3),
+            item_values(radius.data, "value") if radius else array("f", (RADIUS,)) * len(curves.points),
+        )
+
+    def __init__(self, offsets: array[int], positions: array[float], radii: array[float]) -> None:
+        """Send curves to the driver: `offsets` are the first control point of each, and the end."""
+        super().__init__()
+        self._offsets = offsets
         by_count = self._by_count(offsets, positions, radii)
         self._curves = [curve for curves_of_count in by_count.values() for curve in curves_of_count]
         if not self._curves:
@@ -48,9 +55,9 @@ class Strips(Geometry[bpy.types.Curves]):
         self.hull = box(*self.bounds)
 
     def prepare(
-        self, curves: bpy.types.Curves, wanted: Mapping[int, tuple[MeshAttribute, ...]], _: Callable[[], bpy.types.Mesh], /
+        self, curves: bpy.types.Curves | None, wanted: Mapping[int, tuple[MeshAttribute, ...]], _: Callable[[], bpy.types.Mesh], /
     ) -> None:
-        """Make the strips ready to draw with the attributes of `curves` that are `wanted`. One that they lack is 0."""
+        """Make the strips ready to draw with the attributes of `curves` that are `wanted`. Without `curves`, all are 0."""
         for slot, attributes in wanted.items():
             batch = gpu.types.GPUBatch(type="TRIS", buf=self._strips, elem=self.slots[slot])
             for attribute in attributes:
@@ -107,10 +114,10 @@ class Strips(Geometry[bpy.types.Curves]):
             high.append(max(places) + margin)
         return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
-    def _values(self, curves: bpy.types.Curves, wanted: MeshAttribute) -> Floats | array[float] | None:
+    def _values(self, curves: bpy.types.Curves | None, wanted: MeshAttribute) -> Floats | array[float] | None:
         """Return an attribute of each vertex: the curve's own or, of control points, what lies between the two. None without it."""
         kind, name = wanted
-        if kind not in {"uv", "attribute"}:
+        if curves is None or kind not in {"uv", "attribute"}:
             return None
         attribute = curves.attributes.get(name or (ROOT_UV if kind == "uv" else ""))
         if attribute is None:
@@ -123,15 +130,15 @@ class Strips(Geometry[bpy.types.Curves]):
             return None
         width = WIDTHS[kind]
         if attribute.domain == "CURVE":
-            return gathered(values, width, self._curve_of_vertex(curves))
+            return gathered(values, width, self._curve_of_vertex())
         points, along = self._vertices[0::4], self._vertices[1::4]
         before = gathered(values, width, [int(point) for point in points])
         after = gathered(values, width, [int(point) + 1 for point in points])
         fractions = (fraction for fraction in along for _ in range(width))
         return array("f", (a + (b - a) * t for a, b, t in zip(before, after, fractions, strict=True)))
 
-    def _curve_of_vertex(self, curves: bpy.types.Curves) -> list[int]:
-        offsets = item_values(curves.curve_offset_data, "value", kind="i")
+    def _curve_of_vertex(self) -> list[int]:
+        offsets = self._offsets
         return [curve for curve in self._curves for _ in range(2 * (PIECES * (offsets[curve + 1] - offsets[curve] - 1) + 1))]
 
 
