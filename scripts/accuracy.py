@@ -276,6 +276,21 @@ def subsurface(options: Namespace, engines: list["Engine"]) -> Iterator[Section]
         yield Section(steps(engines, options.quick), {title: study.table})
 
 
+def thin(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
+    """Hold the light that Realtime has through slabs of skin and the face's ears against Cycles."""
+    from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME
+    from true_diffuse.scripts.studies import thin as study
+
+    if EEVEE not in engines:
+        raise BadInput("light through skin needs EEVEE's graphics driver")
+    register_realtime()
+    used = [CYCLES, REALTIME] if CYCLES in engines else [REALTIME]
+    yield Section(study.slabs(used), {"What of the light comes through a slab of skin, lit from behind": study.table})
+    if not options.quick:
+        steps = study.ears(load_character("human"), used)
+        yield Section(steps, {"Radiance of the face's ears": study.table})
+
+
 def usd(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Hold each rough model against its formula after it has gone through USD, in MaterialX's GLSL and in Hydra Storm."""
     from true_diffuse.addon import usd as usd_files
@@ -356,6 +371,7 @@ MEASURES: dict[str, Measure] = {
         leak,
         extremes,
         subsurface,
+        thin,
         usd,
         web,
         handlers,

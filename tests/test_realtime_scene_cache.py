@@ -764,7 +764,7 @@ def test_what_a_scene_does_not_need_is_not_in_its_shader(features: dict[str, dic
         assert ("shadow_map" in made.samplers, "image_0" in made.samplers) == (light.shadows, has_image)
         assert ("specular_table" in made.samplers) == ("SPECULAR_TABLE" in needed)
         assert ("shadow_tiles" in made.samplers) == light.shadows
-        assert len(made.outputs) == (4 if scatters else 1)
+        assert len(made.outputs) == ((5 if light.shadows else 4) if scatters else 1)
         kinds = {name.rsplit("_", 1)[0] for name in set(made.attributes) - {"position", "normal"}}
         assert kinds == ({"uv"} if has_image else set()) | ({"tangent"} if "NORMAL" in features else set())
 

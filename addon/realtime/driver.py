@@ -2,14 +2,14 @@
 """Shaders, blocks of numbers and textures on the graphics driver, as Blender's gpu module makes them."""
 
 import atexit
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from functools import cache
 from threading import RLock
 
 import gpu
 
 from ..blender.glsl import triangle
-from .program import Inputs, Program, Variant, specular_table_program, struct_declarations
+from .program import Program, specular_table_program, struct_declarations
 
 TRANSPARENT = (0.0, 0.0, 0.0, 0.0)
 MISSING = (1.0, 0.0, 1.0, 1.0)  # the color of missing images in Blender
@@ -57,12 +57,12 @@ def compile_program(program: Program) -> gpu.types.GPUShader:
 
 
 @cache
-def compiled(make: Callable[..., Program], *arguments: Variant | Inputs | str | bool) -> gpu.types.GPUShader:
+def compiled(make: Callable[..., Program], *arguments: Hashable) -> gpu.types.GPUShader:
     """Return the shader of the program that `make` returns, compiled once. Raises DriverError."""
     return compile_program(make(*arguments))
 
 
-def bound(make: Callable[..., Program], *arguments: Variant | Inputs | str | bool) -> gpu.types.GPUShader:
+def bound(make: Callable[..., Program], *arguments: Hashable) -> gpu.types.GPUShader:
     """Return the shader `compiled` from what `make` returns, as the one that draws from here on."""
     shader = compiled(make, *arguments)
     shader.bind()

@@ -9,7 +9,7 @@ import bpy
 
 import gpu
 
-from ..material.expression import Constant, Coordinate, Expression, Image, apply, number
+from ..material.expression import Constant, Coordinate, Expression, Image, apply, number, triple
 from ..material.read import read_surface
 from ..material.sky import Atmosphere
 from ..material.surface import PARAMETERS, Loss, Surface
@@ -18,6 +18,8 @@ from .expressions import Code, MeshAttribute, NotDrawn, Writer
 from .models import GlslModel, glsl_model, with_highlight
 
 MILLIMETER = 0.001  # m
+REACH = 10.0  # mean free paths: of what lights a slab of red skin from behind, less than 1 % comes through as much
+VARYING_RADIUS = 0.001  # m
 GRAY = (0.8, 0.8, 0.8)  # Blender's color of faces without a material
 OUR_SAMPLERS = 5  # where objects are, the shadow map and its tiles, the table of specular albedos, and the map of the world
 FEWEST_SAMPLERS = 16  # of any driver
@@ -67,7 +69,8 @@ class RenderMaterial:
     """A material as it is drawn.
 
     `features` are definitions for the shaders. `code` computes its inputs, `shadow_code` the opacity alone, for shadows; None where
-    it is opaque. `images` are Blender's by the names that the code has, as far as they exist. `losses` say what is not drawn.
+    it is opaque. `losses` say what is not drawn. `subsurface_reach` is how far light goes below the surface [m]. `images` are
+    Blender's by the names that the code has, as far as they exist.
     """
 
     model: GlslModel
@@ -75,6 +78,7 @@ class RenderMaterial:
     code: Code
     shadow_code: Code | None = None
     losses: tuple[Loss, ...] = ()
+    subsurface_reach: float = 0.0
     images: Mapping[str, bpy.types.Image] = field(default_factory=dict, compare=False, hash=False)
 
     @property
@@ -149,7 +153,8 @@ def surface_material(
             _add(shadow, name, surface[name], [])
         shadow_code = shadow.code()
     said += [Loss(name, "", what, instead) for name, (what, instead) in NOT_DRAWN.items() if surface.uses(name)]
-    return RenderMaterial(model, features, writer.code(), shadow_code, tuple(dict.fromkeys(said)), images or {})
+    reach = _subsurface_reach(surface, meter) if "SUBSURFACE" in features else 0.0
+    return RenderMaterial(model, features, writer.code(), shadow_code, tuple(dict.fromkeys(said)), reach, images or {})
 
 
 def plain_material(model: GlslModel, albedo: float, shape: tuple[float, ...]) -> RenderMaterial:
@@ -207,6 +212,12 @@ def _scaled(surface: Surface, name: str, meter: float) -> Expression:
     if name == "subsurface_radius":
         return apply("multiply", expression, MILLIMETER * meter)
     return Coordinate("tangent") if name == "tangent" and not surface.uses(name) else expression
+
+
+def _subsurface_reach(surface: Surface, meter: float) -> float:
+    """Return how far light goes below a surface [m]; a radius that varies counts as VARYING_RADIUS."""
+    radius = _scaled(surface, "subsurface_radius", meter)
+    return REACH * (max(triple(radius.value)) if isinstance(radius, Constant) else VARYING_RADIUS)
 
 
 def samplers() -> int:

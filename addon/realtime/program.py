@@ -23,14 +23,13 @@ MAX_TILES = 16  # of a map of the world
 STRUCTS = {
     "View": "mat4 projection; vec4 camera; vec4 world;",
     "Lights": f"ivec4 count; Light light[{MAX_LIGHTS}];",
-    "Gather": "vec4 size; vec4 offset;",
+    "Gather": "mat4 projection; mat4 from_pixel; vec4 depth; vec4 eye; vec4 ambient; vec4 size; vec4 offset;",
     "WorldTiles": f"vec4 tile[{MAX_TILES}];",
     "Caps": f"vec4 cap[{MAX_WORLD_SUNS}];",
     "Bundles": f"mat4 matrix[{MAX_BUNDLES}]; vec4 towards[{MAX_BUNDLES}]; vec4 sky[{MAX_BUNDLES}]; vec4 use;",
 }
 _LUMINANCE = f"#define LUMINANCE {', '.join(map(str, LUMINANCE))}\n"
 SHADOW_TEXTURES = ("shadow_map", "shadow_tiles")
-GATHER_MAPS = ("radiance_map", "entering_map", "distance_map", "tint_map")  # the surface shader's outputs, in their order
 # Files of functions that the features of a material need
 FEATURE_STEMS: Mapping[str, tuple[str, ...]] = {
     "SUBSURFACE": ("burley",),
@@ -140,11 +139,14 @@ def reads_table(features: frozenset[str]) -> bool:
     return bool(features & specular)
 
 
+def gather_maps(has_shadows: bool) -> tuple[str, ...]:
+    """Return what the gather pass reads, the surface shader's outputs in their order; the last for light that the camera misses."""
+    return ("radiance_map", "entering_map", "distance_map", "tint_map", *(("medium_map",) if has_shadows else ()))
+
+
 def surface_program(variant: Variant) -> Program:
     """Return the program that draws surfaces under all lights. Raises ValueError for a type of light it does not know."""
     model, lighting, features = variant.model, variant.lighting, variant.features
-    if unknown := lighting.types - set(LIGHT_TYPES):
-        raise ValueError(f"unknown types of light: {', '.join(sorted(unknown))}")
     has_table = reads_table(features)
     base = model.base or model
     splits = lighting.world_map or lighting.bounce  # a highlight from the rest
@@ -152,8 +154,7 @@ def surface_program(variant: Variant) -> Program:
     if lighting.ambient and model.ambient_stem:
         stems.append(model.ambient_stem)
     stems += [stem for feature in sorted(features) for stem in FEATURE_STEMS.get(feature, ())]
-    definitions = [f"{name} {number}.0" for number, name in enumerate(LIGHT_TYPES) if name in lighting.types]
-    definitions += sorted(features)
+    definitions = [*_light_definitions(lighting.types), *sorted(features)]
     for is_used, name in (
         (lighting.shadows, "SHADOWS"),
         (lighting.ambient, "AMBIENT"),
@@ -170,19 +171,15 @@ def surface_program(variant: Variant) -> Program:
         definitions.append(f"DATA {variant.data.value}")
         if variant.data.threshold is not None:
             definitions.append(f"THRESHOLD {variant.data.threshold}")
-    # one type of light needs no branch
-    light_type = next(iter(lighting.types)) if len(lighting.types) == 1 else "light.position.w"
     definitions += [
-        f"LIGHT_TYPE(light) {light_type}",
         f"SURFACE {model.surface}",
         f"RADIANCE {model.radiance}",
         f"ALBEDO(mu) {model.ambient}",
     ]
     if splits:
         definitions += [f"BASE_RADIANCE {base.radiance}", f"BASE_ALBEDO(mu) {base.ambient}"]
-    comment, rest = source("lights").split("struct Light {", 1)
-    members, functions = rest.split("};", 1)  # the struct is declared before the uniform blocks, which contain it
-    more = [comment, functions, source(*stems), model.more]
+    light, functions = _light_source()
+    more = [functions, source(*stems), model.more]
     if has_table:
         more.append(_file("specular_albedo"))
     if lighting.world_map:
@@ -191,6 +188,9 @@ def surface_program(variant: Variant) -> Program:
         more.append(_file("ray_bundles"))
     if variant.is_layer:
         more.append(_file("bundle_layer"))
+    maps = gather_maps(lighting.shadows) if variant.subsurface_in_scene else ()
+    if "medium_map" in maps:
+        more.append(_file("packed_normal"))
     return _material_program(
         "true_diffuse_surface",
         variant.inputs,
@@ -207,19 +207,41 @@ def surface_program(variant: Variant) -> Program:
         | ({"world_tiles": "WorldTiles"} if lighting.world_map else {})
         | ({"bundles": "Bundles"} if lighting.bounce else {}),
         constants={"layer": "IVEC2"} if variant.is_layer else {},
-        outputs=surface_outputs(variant.subsurface_in_scene),
-        declarations=f"struct Light {{{members}}};\n",
+        outputs=surface_outputs(maps),
+        declarations=light,
     )
 
 
-def surface_outputs(subsurface_in_scene: bool) -> tuple[str, ...]:
-    """Return the outputs of what draws into a sample of the picture."""
-    return ("out_radiance", *(("out_entering", "out_distance", "out_tint") if subsurface_in_scene else ()))
+def surface_outputs(maps: Sequence[str]) -> tuple[str, ...]:
+    """Return the outputs of what draws into a sample of the picture, where the gather pass reads `maps`."""
+    return tuple(f"out_{name.removesuffix('_map')}" for name in maps or ("radiance_map",))
 
 
-def transparent_shadow_program(inputs: Inputs) -> Program:
-    """Return the program that draws a material of `inputs` into a shadow map where its opacity is above a random threshold."""
-    return _material_program("true_diffuse_transparent_shadow", inputs, [], [], "transparent_shadow_fragment")
+def _light_definitions(types: frozenset[str]) -> list[str]:
+    """Return the definitions of the types of lights in use. Raises ValueError for one that it does not know."""
+    if unknown := types - set(LIGHT_TYPES):
+        raise ValueError(f"unknown types of light: {', '.join(sorted(unknown))}")
+    # one type of light needs no branch
+    light_type = next(iter(types)) if len(types) == 1 else "light.position.w"
+    used = [f"{name} {number}.0" for number, name in enumerate(LIGHT_TYPES) if name in types]
+    return [*used, f"LIGHT_TYPE(light) {light_type}"]
+
+
+def _light_source() -> tuple[str, str]:
+    """Return the struct of a light, which is declared before the uniform blocks, as they contain it, and the lights' functions."""
+    comment, rest = source("lights").split("struct Light {", 1)
+    members, functions = rest.split("};", 1)
+    return f"struct Light {{{members}}};\n", "\n".join((comment, functions, _file("light_irradiance")))
+
+
+def transparent_shadow_program(inputs: Inputs, is_marked: bool) -> Program:
+    """Return the program that draws a material of `inputs` into a shadow map where its opacity is above a random threshold.
+
+    `is_marked`: the map says which object it shows.
+    """
+    marks = [_file("packed_normal"), _file("surface_mark")] if is_marked else []
+    name, fragment = "true_diffuse_transparent_shadow", "transparent_shadow_fragment"
+    return _material_program(name, inputs, ["MARKED"] if is_marked else [], marks, fragment)
 
 
 def _material_program(
@@ -275,14 +297,18 @@ def _material_program(
     )
 
 
-def shadow_program() -> Program:
-    """Return the program that draws a shadow map: the distance of surfaces from a light."""
+def shadow_program(is_marked: bool) -> Program:
+    """Return the program that draws a shadow map: the distance of surfaces from a light; `is_marked`: and which object they are."""
     place = "object_matrix_of(first_object + gl_InstanceID) * vec4(position, 1.0)"
+    passed = "object_index = first_object + gl_InstanceID; world_position = world.xyz; " if is_marked else ""
+    marks = ("#define MARKED", _file("objects"), _file("packed_normal"), _file("surface_mark")) if is_marked else ()
     return Program(
         name="true_diffuse_shadow",
-        vertex=f"{_file('objects')}void main() {{ gl_Position = matrix * ({place}); }}",
-        fragment=_file("shadow_fragment"),
+        vertex=f"{_file('objects')}void main() {{ vec4 world = {place}; {passed}gl_Position = matrix * world; }}",
+        fragment="\n".join((*marks, _file("shadow_fragment"))),
         attributes={"position": "VEC3", "normal": "VEC3"},
+        varyings={"world_position": "VEC3"} if is_marked else {},
+        flat_varyings={"object_index": "INT"} if is_marked else {},
         constants={"matrix": "MAT4", "first_object": "INT"},  # from the world to the light's clip space
         samplers={"objects": "FLOAT_2D"},
     )
@@ -291,7 +317,7 @@ def shadow_program() -> Program:
 def strip_shadow_program() -> Program:
     """Return the program that draws curves into a shadow map, as strips that face the light."""
     return replace(
-        shadow_program(),
+        shadow_program(is_marked=False),
         name="true_diffuse_strip_shadow",
         vertex="\n".join(map(_file, ("objects", "strip", "strip_shadow_vertex"))),
         attributes={"strip": "VEC4"},
@@ -332,7 +358,7 @@ def world_background_program(inputs: Inputs, subsurface_in_scene: bool) -> Progr
     definitions = "#define SUBSURFACE_IN_SCENE\n" if subsurface_in_scene else ""
     made = _world_program("world_background", inputs, constants, definitions)
     behind = "void main() { gl_Position = vec4(position, 1.0, 1.0); }"  # at the far end
-    return replace(made, vertex=behind, outputs=surface_outputs(subsurface_in_scene))
+    return replace(made, vertex=behind, outputs=surface_outputs(gather_maps(has_shadows=False) if subsurface_in_scene else ()))
 
 
 def world_suns_program() -> Program:
@@ -377,9 +403,25 @@ def _world_program(name: str, inputs: Inputs, constants: Mapping[str, str], defi
     return replace(made, fragment=f"{functions}\n{made.fragment}", declarations=declarations)
 
 
-def subsurface_gather_program() -> Program:
-    """Return the program that adds subsurface scattering to a sample."""
-    return _fullscreen_program("subsurface_gather", GATHER_MAPS, {}, "burley", gather="Gather")
+def subsurface_gather_program(lights: frozenset[str]) -> Program:
+    """Return the program that adds subsurface scattering to a sample.
+
+    `lights`: the types of lights if any casts shadows, whose maps then show where light enters that the camera does not see.
+    """
+    maps = gather_maps(bool(lights))
+    plain = _fullscreen_program("subsurface_gather", maps, {}, "burley", gather="Gather")
+    if not lights:
+        return plain
+    light, functions = _light_source()
+    definitions = "".join(f"#define {one}\n" for one in ("SHADOWS", *_light_definitions(lights)))
+    parts = [_file(name) for name in ("packed_normal", "slab_profile", "light_through", "subsurface_gather")]
+    return replace(
+        plain,
+        fragment="\n".join((definitions, source("burley"), functions, *parts)),
+        samplers=dict.fromkeys((*maps, *SHADOW_TEXTURES), "FLOAT_2D"),
+        uniform_blocks={"gather": "Gather", "lights": "Lights"},
+        declarations=light,
+    )
 
 
 def accumulate_program() -> Program:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws a scene with Blender's gpu module: shadow maps, surfaces, subsurface scattering, and the mean of all samples."""
 
+import math
 import struct
 from collections.abc import Iterator
 
@@ -16,10 +17,10 @@ from .expressions import Code
 from .materials import HOLDOUT
 from .not_drawn import Omission
 from .program import (
-    GATHER_MAPS,
     Variant,
     accumulate_program,
     depth_program,
+    gather_maps,
     reads_table,
     resolve_program,
     subsurface_gather_program,
@@ -29,22 +30,22 @@ from .ray_bundles import RayBundles
 from .scene_cache import SceneCache
 from .shadow_maps import ShadowMaps
 from .shadows import MAP_SIZE
-from .view import View
+from .view import View, matrix_to_bytes
 
 GATHER_STEPS = (0.8191725133961645, 0.6710436067037893)  # a sequence that fills a square evenly, other than view.sample_offset's
 
 
 class RenderTargets:
-    """The textures and framebuffers of a picture of `width` x `height` pixels, with `subsurface` also those of the gather pass."""
+    """The textures and framebuffers of a picture of `width` x `height` pixels; the gather pass, if there is one, reads `maps`."""
 
-    def __init__(self, width: int, height: int, subsurface: bool) -> None:
+    def __init__(self, width: int, height: int, maps: tuple[str, ...]) -> None:
         """Allocate them. Raises DriverError where the driver has no memory for them."""
-        self.width, self.height, self.subsurface = width, height, subsurface
+        self.width, self.height, self.maps = width, height, maps
         try:
-            self.colors = [self.texture() for _ in range(len(GATHER_MAPS) if subsurface else 1)]
+            self.colors = [self.texture() for _ in maps or ("radiance_map",)]
             self.depth = gpu.types.GPUTexture((width, height), format="DEPTH_COMPONENT32F")
             self.surface_buffer = gpu.types.GPUFrameBuffer(depth_slot=self.depth, color_slots=self.colors)
-            self.sample = self.texture() if subsurface else self.colors[0]
+            self.sample = self.texture() if maps else self.colors[0]
             self.gather_buffer = gpu.types.GPUFrameBuffer(color_slots=self.sample)
             self.sum = self.texture()
             self.sum_buffer = gpu.types.GPUFrameBuffer(color_slots=self.sum)
@@ -79,6 +80,11 @@ class Renderer:
             raise RuntimeError("begin has not been called")
         return self._allocated
 
+    @property
+    def _maps(self) -> tuple[str, ...]:
+        """What the gather pass reads, nothing where there is none."""
+        return gather_maps(self.cache.lighting().shadows) if self.cache.has_subsurface else ()
+
     def refresh(self) -> bool:
         """Send to the driver what has changed in `cache` or in the pixels of its images; return whether there is anything."""
         return self._scene.refresh()
@@ -91,9 +97,8 @@ class Renderer:
 
     def begin(self, view: View) -> None:
         """Start an empty picture of `view`, and draw the shadow maps. Raises DriverError."""
-        subsurface = self.cache.has_subsurface
-        size = (view.width, view.height, subsurface)
-        if self._allocated is None or (self._allocated.width, self._allocated.height, self._allocated.subsurface) != size:
+        size = (view.width, view.height, self._maps)
+        if self._allocated is None or (self._allocated.width, self._allocated.height, self._allocated.maps) != size:
             self._allocated = None  # freed first, as the driver may not have room for both
             self._allocated = RenderTargets(*size)
         self._targets.sum.clear(format="FLOAT", value=TRANSPARENT)
@@ -104,8 +109,8 @@ class Renderer:
         """Go on with the picture from a sample on, of the scene and the view as they are now. Raises DriverError."""
         self.refresh()
         before = self._targets
-        if before.subsurface != self.cache.has_subsurface:
-            self._allocated = RenderTargets(before.width, before.height, self.cache.has_subsurface)
+        if before.maps != self._maps:
+            self._allocated = RenderTargets(before.width, before.height, self._maps)
             self._allocated.sum, self._allocated.sum_buffer = before.sum, before.sum_buffer
         self._prepare(view, sample)
 
@@ -130,7 +135,7 @@ class Renderer:
             if self._scene.layers:
                 self._bundles.draw(sample, fades_in)
             self._draw_surfaces(self._targets, sampled, sample, background if isinstance(background, Code) else None)
-            if self._targets.subsurface:
+            if self._targets.maps:
                 self._gather_subsurface(self._targets, sampled, sample)
             self._accumulate(self._targets, TRANSPARENT if isinstance(background, Code) else background)
         self._samples += 1
@@ -200,20 +205,26 @@ class Renderer:
         with targets.surface_buffer.bind():
             self._scene.draw_surfaces(targets.surface_buffer, view, sample, shader)
             if background is not None:
-                self._scene.world.draw_background(background, view, targets.subsurface)
+                self._scene.world.draw_background(background, view, bool(targets.maps))
             gpu.state.depth_test_set("NONE")
 
     def _gather_subsurface(self, targets: RenderTargets, view: View, sample: int) -> None:
         """Add the light that scattered below the surfaces to the sample."""
         # by how much the pattern on the disk is turned and its radii are moved, as fractions of a turn and of a step
         turn, step = (sample * advance % 1.0 for advance in GATHER_STEPS)
-        data = struct.pack("8f", view.width, view.height, *view.pixel_size(), turn, step, view.is_perspective, 0.0)
+        ambient = (math.pi * radiance for radiance in self.cache.world)
+        data = matrix_to_bytes(view.projection) + matrix_to_bytes(view.from_pixel())
+        data += struct.pack("12f", *view.depth_row(), *view.eye, 0.0, *ambient, 0.0)
+        data += struct.pack("8f", view.width, view.height, *view.pixel_size(), turn, step, view.is_perspective, 0.0)
+        lighting = self.cache.lighting()
         with targets.gather_buffer.bind():
-            shader = bound(subsurface_gather_program)
+            shader = bound(subsurface_gather_program, lighting.types if lighting.shadows else frozenset())
             block = uniform_buffer(data)  # in a variable, as Blender does not keep it until the draw
             shader.uniform_block("gather", block)
-            for name, texture in zip(GATHER_MAPS, targets.colors, strict=True):
+            for name, texture in zip(targets.maps, targets.colors, strict=True):
                 shader.uniform_sampler(name, texture)
+            if lighting.shadows:
+                self._shadow_maps.give(shader, lighting)
             self._triangle.draw(shader)
 
     def _accumulate(self, targets: RenderTargets, background: Rgba) -> None:

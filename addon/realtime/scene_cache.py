@@ -97,6 +97,11 @@ class SceneCache:
         return any(material.has_subsurface for material in self.materials.values())
 
     @property
+    def subsurface_reach(self) -> float:
+        """How far light goes below the surface of any material in use [m]; 0 where none scatters."""
+        return max((material.subsurface_reach for material in self.materials.values()), default=0.0)
+
+    @property
     def warnings(self) -> list[Omission]:
         """What the picture lacks or shows in another way than the scene has it."""
         used = {uid: material for uid, material in self.materials.items() if uid in self._names}

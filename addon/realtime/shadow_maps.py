@@ -15,6 +15,7 @@ from .expressions import Code
 from .lights import Light, lights_to_bytes
 from .objects import Part
 from .program import Inputs, Lighting, shadow_program, strip_shadow_program, transparent_shadow_program
+from .scene_bounds import SceneBounds
 from .shadow_bounds import Polygon, ShadowBounds
 from .view import View
 
@@ -35,13 +36,15 @@ class ShadowMaps:
         self._sampled: list[Light] = []  # as the last sample saw them
         self._tiles: list[shadows.Tile] = []
         self._caster_version = -1  # of the scene that has been drawn
+        self._is_marked = False  # by the objects it shows, for the light through their surfaces
         self._map: gpu.types.GPUTexture | None = None
         self._is_stale = True  # since the scene or the view has changed
 
     def begin(self, view: View, sample: int = 0) -> None:
         """Prepare for samples of `view` from a first one on."""
         bounds = self._scene.bounds
-        self.begin_within([bounds.visible(view) if bounds else []], sample)
+        self._is_marked = self._scene.cache.has_subsurface
+        self.begin_within([self._visible(bounds, view) if bounds else []], sample)
 
     def begin_within(self, regions: Sequence[Sequence[Polygon]], sample: int) -> None:
         """Prepare for samples from a first one on, with shadows of what is within polygons, the best in the first of `regions`."""
@@ -50,6 +53,15 @@ class ShadowMaps:
         self._regions = [ShadowBounds(bounds.casters, region) for region in regions] if bounds and has_shadows else []
         self._is_stale = True
         self.light(sample)
+
+    def _visible(self, bounds: SceneBounds, view: View) -> list[list[Vector]]:
+        """Return what is seen of `bounds`, and beside the picture as far as light comes into it below a surface."""
+        seen = bounds.visible(view)
+        reach = self._scene.cache.subsurface_reach
+        if not seen or reach == 0.0:
+            return seen
+        depth = view.depth_row()
+        return bounds.visible(view.widened(reach, min(depth.dot(point.to_4d()) for polygon in seen for point in polygon)))
 
     def light(self, sample: int) -> None:
         """Send the lights as a sample sees them and draw their shadow maps, unless they are up to date."""
@@ -83,9 +95,10 @@ class ShadowMaps:
     def _allocate(self, tiles: Sequence[shadows.Tile]) -> bool:
         """Make the shadow map large enough for `tiles`, and the texture that says where they are; return whether the map is new."""
         size = max((tile.x + tile.size for tile in tiles), default=1), max((tile.y + tile.size for tile in tiles), default=1)
-        is_new = self._map is None or (self._map.width, self._map.height) != size
+        texel_format = "RG32F" if self._is_marked else "R32F"
+        is_new = self._map is None or (self._map.width, self._map.height, self._map.format) != (*size, texel_format)
         if is_new:
-            self._map = gpu.types.GPUTexture(size, format="R32F")
+            self._map = gpu.types.GPUTexture(size, format=texel_format)
             # kept, as a framebuffer does not keep its textures
             self._depth = gpu.types.GPUTexture(size, format="DEPTH_COMPONENT32F")
             self._buffer = gpu.types.GPUFrameBuffer(depth_slot=self._depth, color_slots=self._map)
@@ -107,10 +120,8 @@ class ShadowMaps:
                 self._buffer.viewport_set(tile.x, tile.y, tile.size, tile.size)
                 gpu.state.scissor_set(tile.x, tile.y, tile.size, tile.size)
                 self._buffer.clear(color=FAR, depth=1.0)
-                for parts, program in ((meshes, shadow_program), (strips, strip_shadow_program)):
-                    if not parts:
-                        continue
-                    shader = bound(program)
+                for parts in filter(None, (meshes, strips)):
+                    shader = bound(strip_shadow_program) if parts is strips else bound(shadow_program, self._is_marked)
                     scene.give_objects(shader)
                     shader.uniform_float("matrix", tile.matrix)
                     if parts is strips:
@@ -130,6 +141,6 @@ class ShadowMaps:
         view = View(tile.matrix, Vector(light.axis if is_sun else light.position), not is_sun, tile.size, tile.size)
         view_block = uniform_buffer(view.to_bytes(self._scene.cache.world, sample))
         for part, code in casting:
-            shader = bound(transparent_shadow_program, Inputs.of(code, part.is_strip))
+            shader = bound(transparent_shadow_program, Inputs.of(code, part.is_strip), self._is_marked)
             self._scene.give_inputs(shader, view_block, code)
             self._scene.draw_part(shader, part)

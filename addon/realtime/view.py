@@ -35,6 +35,12 @@ class View:
         crop = Matrix(((scale_x, 0.0, 0.0, right), (0.0, scale_y, 0.0, up), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
         return replace(self, projection=crop @ self.projection, width=width, height=height)
 
+    def widened(self, reach: float, depth: float) -> "View":
+        """Return the view with as much more around it as `reach` [m] covers at a `depth` [m] along its axis, in whole pixels."""
+        scale = max(depth, 1e-6) if self.is_perspective else 1.0
+        x, y = (math.ceil(min(reach / (size * scale), 1e6)) for size in self.pixel_size())
+        return self.cropped(-x, -y, self.width + 2 * x, self.height + 2 * y)
+
     def shifted(self, x: float, y: float) -> "View":
         """Return the view with each pixel's center moved by `x` pixels to the right and `y` upwards."""
         shift = Matrix.Translation((-2.0 * x / self.width, -2.0 * y / self.height, 0.0))
@@ -85,6 +91,21 @@ class View:
         if not self.is_perspective:
             return Vector(), Vector(), -self.eye
         return tuple(Matrix((right, up, forward)).inverted().col)
+
+    def depth_row(self) -> Vector:
+        """Return the vector whose product with a point of the world is its depth [m], as the gather pass has it."""
+        return self.projection[3].copy() if self.is_perspective else Vector((*-self.eye, 0.0))
+
+    def from_pixel(self) -> Matrix:
+        """Return the matrix whose first two columns, times clip coordinates x and y, third, times a depth, and fourth add up to a
+        point of the world [m]; in perspective the first two are to be multiplied by the depth, too.
+        """
+        right, up = self.projection[0], self.projection[1]
+        axes = Matrix((right.to_3d(), up.to_3d(), self.depth_row().to_3d())).inverted_safe()
+        origin = self.eye if self.is_perspective else axes @ Vector((-right.w, -up.w, 0.0))
+        columns = axes.to_4x4()
+        columns.translation = origin
+        return columns
 
     def to_bytes(self, world: tuple[float, float, float], sample: int) -> bytes:
         """Return the struct View of program.py; `world` is the world's radiance [W/(m^2 sr)], `sample` the sample's number."""

@@ -10,7 +10,7 @@ from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME, Engine
 from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.measure.record import Progress, Record, known
 from true_diffuse.addon.models.vector import dot
-from true_diffuse.scripts.characters.face import Face, HeadLook, region_albedo
+from true_diffuse.scripts.characters.face import Face, Head, HeadLook, region_albedo
 from true_diffuse.scripts.characters.human import REGIONS
 from true_diffuse.scripts.studies import noise, pictures
 from true_diffuse.scripts.studies.five import MEASUREMENT_WORK
@@ -52,16 +52,18 @@ def captions(stage: Face) -> pictures.Captions:
 
 def visible_regions(stage: Face, progress: Progress) -> list[VisibleRegions]:
     """Return, for each head, the pixels of each region; no edge of the head or border of a region crosses them."""
-    light = render.light_of(stage.lights[0])
     visible = []
     for head in stage.heads:
-        with (
-            progress.step(f"Regions  {head.look.label}", MEASUREMENT_WORK),
-            render.measurement_scene(stage.scene, head.subject) as scene,
-        ):
-            surface = render.g_buffer(scene, stage.regions)
-        visible.append(VisibleRegions(head.look, _regions(surface, light)))
+        with progress.step(f"Regions  {head.look.label}", MEASUREMENT_WORK):
+            visible.append(VisibleRegions(head.look, regions_of(stage, head)))
     return visible
+
+
+def regions_of(stage: Face, head: Head) -> dict[str, list[int]]:
+    """Return the pixels of each region of one head; no edge of the head or border of a region crosses them."""
+    with render.measurement_scene(stage.scene, head.subject) as scene:
+        surface = render.g_buffer(scene, stage.regions)
+    return _regions(surface, render.light_of(stage.lights[0]))
 
 
 def _regions(surface: error.GBuffer, light: error.Light) -> dict[str, list[int]]:

@@ -2,6 +2,7 @@
 // Subsurface scattering: light that enters a surface and leaves it nearby. The irradiance around each pixel is weighted by Burley's
 // profile of its distance in space, at SAMPLES points on a disk that faces the camera, a third of them drawn by the profile of each
 // channel. The weights are divided by their sum, so that no light is lost where the disk leaves the object or the picture.
+// With SHADOWS, light that comes through the medium or enters where the camera does not see it counts, too: light_through.glsl.
 // Include geometry.glsl and burley.glsl before it.
 
 #define SAMPLES 48
@@ -43,5 +44,19 @@ void main()
     }
     vec3 mean = vec3(weights.r > 0.0 ? sum.r / weights.r : entering.r, weights.g > 0.0 ? sum.g / weights.g : entering.g,
         weights.b > 0.0 ? sum.b / weights.b : entering.b);
+#ifdef SHADOWS
+    vec4 medium = texelFetch(medium_map, pixel, 0); // rgb: color, w: the normal
+    vec3 n = unpacked_normal(medium.w, 4096.0);
+    vec2 ndc = gl_FragCoord.xy / gather.size.xy * 2.0 - 1.0;
+    vec3 ray = gather.from_pixel[0].xyz * ndc.x + gather.from_pixel[1].xyz * ndc.y;
+    vec3 point = gather.from_pixel[3].xyz + ray * (is_perspective ? here.w : 1.0) + gather.from_pixel[2].xyz * here.w;
+    SlabProfile profile = slab_profile(medium.rgb, d / burley_d(medium.rgb, vec3(1.0)));
+    Entering more = entering_light(point, n, entering.w, d, profile, gather.ambient.rgb, turn, within_step);
+    // The area of the surface that the disk covers, where it goes on as it is here
+    vec3 v = is_perspective ? normalize(gather.eye.xyz - point) : gather.eye.xyz;
+    vec3 seen_weight = max(weights / (float(SAMPLES) * max(dot(n, v), LEAST_COSINE)), 1e-6);
+    mean = (mean * seen_weight + more.around) / (seen_weight + more.around_weight);
+    mean += more.through / max(medium.rgb, 1e-9); // which are not of the color that is reflected
+#endif
     result.rgb += tint * mean;
 }

@@ -20,7 +20,7 @@
 //     BOUNCE                          maps of ray bundles say what other surfaces reflect, and where they hide the sky
 //     LAYER                           a layer of a ray bundle is drawn: what the surface sends to other surfaces
 //     SUBSURFACE_IN_SCENE             some material scatters light below its surface, so that all write the outputs that
-//                                     subsurface_gather.glsl reads
+//                                     subsurface_gather.glsl reads, with SHADOWS one more
 // The layers are those of Cycles' Principled BSDF (intern/cycles/kernel/svm/closure.h): sheen over coat over emission over metal over
 // glass over specular over subsurface scattering and the model.
 
@@ -79,33 +79,6 @@ float light_visibility(Light light, vec3 position, vec3 n, vec3 l)
     return 1.0; // nothing that casts shadows is there
 }
 #endif
-
-// Returns E0 of a light [W/m^2], without shadows; l: the unit vector towards it.
-vec3 light_irradiance(Light light, vec3 position, out vec3 l)
-{
-#ifdef SUN
-    if (LIGHT_TYPE(light) == SUN) {
-        return sun_irradiance(light, l);
-    }
-#endif
-#ifdef POINT
-    if (LIGHT_TYPE(light) == POINT) {
-        return point_irradiance(light, position, l);
-    }
-#endif
-#ifdef SPOT
-    if (LIGHT_TYPE(light) == SPOT) {
-        return spot_irradiance(light, position, l);
-    }
-#endif
-#ifdef AREA
-    if (LIGHT_TYPE(light) == AREA) {
-        return area_irradiance(light, position, l);
-    }
-#endif
-    l = vec3(0.0);
-    return vec3(0.0);
-}
 
 #if defined(METAL) || defined(SPECULAR) || defined(TRANSMISSION)
 // Returns the tangent in which the roughness is largest.
@@ -244,6 +217,9 @@ void main()
 #ifdef HOLDOUT
 #ifdef SUBSURFACE_IN_SCENE
     out_entering = out_distance = out_tint = vec4(0.0);
+#ifdef SHADOWS
+    out_medium = vec4(0.0);
+#endif
 #endif
     out_radiance = vec4(0.0, 0.0, 0.0, -1.0); // as accumulate.glsl reads it
     return;
@@ -408,9 +384,15 @@ void main()
     float depth = view.camera.w == 0.0 ? -dot(view.camera.xyz, world_position) : 1.0 / gl_FragCoord.w;
     out_distance = vec4(burley_d(albedo, inputs.subsurface_radius), depth); // depth [m] along the camera's axis
     out_tint = vec4(albedo * weight * (scattered / 3.14159265358979), 1.0);
+#ifdef SHADOWS
+    out_medium = vec4(albedo, packed_normal(unmapped, 4096.0));
+#endif
 #endif
 #elif defined(SUBSURFACE_IN_SCENE)
     out_entering = out_distance = out_tint = vec4(0.0);
+#ifdef SHADOWS
+    out_medium = vec4(0.0);
+#endif
 #endif
 #ifdef LAYER
     out_radiance = vec4(radiance + weight * diffuse, gl_FragCoord.z);

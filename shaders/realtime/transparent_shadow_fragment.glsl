@@ -9,4 +9,7 @@ void main()
         discard;
     }
     result = vec4(view.camera.w != 0.0 ? 1.0 / gl_FragCoord.w : gl_FragCoord.z * 2.0 - 1.0, 0.0, 0.0, 1.0);
+#ifdef MARKED
+    result.y = surface_mark();
+#endif
 }
