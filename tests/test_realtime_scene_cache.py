@@ -5,6 +5,7 @@ import math
 import re
 from array import array
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import product
 
 import bpy
@@ -772,13 +773,16 @@ def test_what_a_scene_does_not_need_is_not_in_its_shader(features: dict[str, dic
 @pytest.mark.render
 def test_every_variant_compiles() -> None:
     """A driver refuses names that are not declared: so what is left out of a variant is nowhere asked for."""
+    most = program.Lighting(frozenset(program.LIGHT_TYPES), *(True,) * 4)
     for features in SHADED:
-        for light in (LIGHTINGS[0], LIGHTINGS[-1]):
-            driver.compile_program(program.surface_program(variant(shaded(*features.values()), light)))
-    kinds = frozenset(program.LIGHT_TYPES)
+        for light in (LIGHTINGS[0], LIGHTINGS[-1], most):
+            of_scene = variant(shaded(*features.values()), light)
+            driver.compile_program(program.surface_program(of_scene))
+            if light.bounce:
+                driver.compile_program(program.surface_program(replace(of_scene, subsurface_in_scene=False, is_layer=True)))
     for name in MODELS:
-        for highlight in ({}, FEATURES["HIGHLIGHT"]):
-            light = program.Lighting(kinds, True, True)
+        for highlight, is_map, bounces in product(({}, FEATURES["HIGHLIGHT"]), (False, True), (False, True)):
+            light = replace(most, world_map=is_map, bounce=bounces)
             driver.compile_program(program.surface_program(variant(shaded(highlight, model=name), light, True)))
 
 

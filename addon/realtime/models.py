@@ -63,8 +63,8 @@ def with_highlight(model: GlslModel) -> GlslModel:
             model,
             stem="blinn_phong",
             base=model,
-            surface=f"BlinnPhongSurface surface = blinn_phong_surface(n, v, albedo, {numbers});",
-            radiance="blinn_phong_radiance(surface, l)",
+            surface=f"{model.surface} BlinnPhongSurface highlight = blinn_phong_surface(n, v, albedo, {numbers});",
+            radiance="blinn_phong_radiance(highlight, l)",  # with Lambert's law in it; what nothing uses is not compiled
             ambient=f"blinn_phong_albedo(mu, albedo, {numbers})",
             ambient_stem="directional_albedo",
         )

@@ -150,7 +150,7 @@ def surface_program(variant: Variant) -> Program:
     has_table = reads_table(features)
     base = model.base or model
     splits = lighting.world_map or lighting.bounce  # a highlight from the rest
-    stems = [base.stem, model.stem] if splits else [model.stem]
+    stems = [base.stem, model.stem]
     if lighting.ambient and model.ambient_stem:
         stems.append(model.ambient_stem)
     stems += [stem for feature in sorted(features) for stem in FEATURE_STEMS.get(feature, ())]
