@@ -203,6 +203,20 @@ def frames(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
         tables[title] = partial(study.growth_table, absolute=absolute)
     yield Section(study.steps(characters, options.quick), tables)
     yield from competitors(options)
+    yield from first_picture(options)
+
+
+def first_picture(options: Namespace) -> Iterator[Section]:
+    """Time the first picture of a viewport of True Diffuse Realtime."""
+    from true_diffuse.scripts.studies import first_picture as study
+    from true_diffuse.scripts.studies.competitors import QUICK_SIZE, SIZE
+
+    empty_file()
+    register_realtime()
+    title = "The first picture after switching engines, by its parts, in ms of processor time"
+    small = "Objects of a triangle each in 16 x 16 pixels, in ms of processor time: what a frame takes beside drawing"
+    steps = study.steps(load_character("human"), QUICK_SIZE if options.quick else SIZE, options.quick)
+    yield Section(steps, {title: study.table, small: study.overhead_table})
 
 
 def competitors(options: Namespace) -> Iterator[Section]:

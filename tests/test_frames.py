@@ -4,7 +4,7 @@
 import pytest
 
 from support import CountedProgress
-from true_diffuse.scripts.studies import frame_time
+from true_diffuse.scripts.studies import competitors, first_picture, frame_time
 from true_diffuse.scripts.studies.frame_time import LAMBERT, OREN_NAYAR, PLAIN, PLAIN_LAMBERT, VARIANTS, Setting
 from true_diffuse.scripts.studies.study import run
 
@@ -102,3 +102,21 @@ def test_characters_are_drawn_alike_by_all_forms(eevee_runs_here: bool) -> None:
     for name in PLAIN[1:]:
         assert picture(name) == pytest.approx(rough, abs=ROUND), name
     assert set(characters.frame(VARIANTS[LAMBERT])) == {"readback", "processor"}
+
+
+def test_table_of_competitors_has_each_beside_realtime() -> None:
+    about = {"clock": "processor", "lights": 4, "characters": 25, "shadows": True}
+    times = {competitors.REALTIME: 0.1, competitors.DIFFUSE: 0.5}
+    found = [{**about, "target": name, "seconds": time, "over_realtime": time / 0.1} for name, time in times.items()]
+    found.append({**found[1], "clock": "readback", "seconds": 9.0})  # which is not shown
+    columns, rows = competitors.table(found)
+    assert columns == ("Suns", "Characters", *times)
+    assert rows == [("4, shadows", "25", "100", "500 (5)")]
+
+
+def test_table_of_first_pictures_has_their_parts() -> None:
+    parts = {"reading": 0.1, "sending": 0.02, "drawing": 0.3, "compiling": 0.04}
+    found = [{"characters": 5, "triangles": 572_000, "meshes": "own", **parts}, {"loading": 0.05}]
+    columns, rows = first_picture.table(found)
+    assert rows == [("5, own", "572 000", "100", "20", "300", "40"), ("modules, once", "-", "50", "-", "-", "-")]
+    assert len(columns) == len(rows[0])

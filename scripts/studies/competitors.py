@@ -70,8 +70,8 @@ class Setting:
 class Crowd:
     """Characters on a floor, in the looks of the five in turn, and the camera that frames them."""
 
-    def __init__(self, mesh: bpy.types.Mesh, size: tuple[int, int]) -> None:
-        """Build the scene of `mesh`, with DETAIL of its triangles, for pictures of `size` [pixels]."""
+    def __init__(self, mesh: bpy.types.Mesh, size: tuple[int, int], detail: float = DETAIL) -> None:
+        """Build the scene of `mesh`, with a fraction `detail` of its triangles, for pictures of `size` [pixels]."""
         five = five_characters.build(mesh, ALBEDO, False, size)
         self.scene, self.size = five.scene, size
         bpy.context.window.scene = five.scene
@@ -82,7 +82,7 @@ class Crowd:
         color = (BACKDROP_ALBEDO,) * 3 + (1.0,)  # in a group of ours, as glTF has no Diffuse BSDF
         floor.data.materials[0] = materials.create("Floor", ROUGH_DIFFUSE, Model=MODELS["lambert"].label, Color=color)
         self._plain = five.plain
-        self._mesh = _decimated(subjects[0], self.scene)
+        self._mesh = _decimated(subjects[0], self.scene, detail)
         for subject in subjects:
             bpy.data.objects.remove(subject)
         self._items: list[bpy.types.Object] = []
@@ -99,10 +99,10 @@ class Crowd:
         self._mesh.calc_loop_triangles()
         return len(self._mesh.loop_triangles)
 
-    def arrange(self, setting: Setting) -> None:
-        """Have the scene show a setting."""
-        for item in self._items:
-            bpy.data.objects.remove(item)
+    def arrange(self, setting: Setting, has_own: bool = False) -> None:
+        """Have the scene show a setting, the characters with one mesh, or each with its own."""
+        own = [item.data for item in self._items if item.data != self._mesh]
+        bpy.data.batch_remove([*self._items, *own])
         for sun in self._suns:
             bpy.data.lights.remove(sun.data)
         low, high = (Vector(map(f, zip(*(v.co for v in self._mesh.vertices), strict=True))) for f in (min, max))
@@ -112,7 +112,7 @@ class Crowd:
         for index in range(setting.characters):
             row, column = divmod(index, columns)
             place = Matrix.Translation((step * (column - (columns - 1) / 2.0), step * (row - (rows - 1) / 2.0), 0.0))
-            item = add(self.scene, "Character", self._mesh, place)
+            item = add(self.scene, "Character", self._mesh.copy() if has_own else self._mesh, place)
             item.material_slots[0].link = "OBJECT"
             self._items.append(item)
         self.wear(plain=False)
@@ -283,10 +283,10 @@ def _model(look: CharacterLook) -> dict[str, object]:
     return {"model": "lambert", "text": source("lambert", "directional_albedo"), "parameters": []}
 
 
-def _decimated(item: bpy.types.Object, scene: bpy.types.Scene) -> bpy.types.Mesh:
-    """Return the mesh of an object with DETAIL of its triangles."""
+def _decimated(item: bpy.types.Object, scene: bpy.types.Scene, detail: float) -> bpy.types.Mesh:
+    """Return the mesh of an object with a fraction `detail` of its triangles."""
     modifier = item.modifiers.new("Fewer", "DECIMATE")
-    modifier.ratio = DETAIL
+    modifier.ratio = detail
     layer = scene.view_layers[0]
     layer.update()
     evaluated = item.evaluated_get(layer.depsgraph)
