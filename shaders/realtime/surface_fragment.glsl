@@ -25,10 +25,22 @@
 // glass over specular over subsurface scattering and the model.
 
 #ifdef SHADOWS
+const float GRAZING = 0.02; // the cosine from which on the plane of a surface is not followed all the way
+
 // Returns 1 for each texel around the corner `between` four of the shadow map that has nothing before `depth`, else 0.
 vec4 is_lit(vec2 between, float depth)
 {
     return step(depth, textureGather(shadow_map, between / vec2(textureSize(shadow_map, 0))));
+}
+
+// Returns by how much the depth in a tile grows on the plane of a point of that depth and of normal n, for a step in clip space.
+float depth_slope(mat4 matrix, vec3 axis, vec3 n, vec3 l, float depth, vec2 to_step)
+{
+    mat4 rows = transpose(matrix);
+    vec3 right = rows[0].xyz - axis * dot(rows[0].xyz, axis), up = rows[1].xyz - axis * dot(rows[1].xyz, axis);
+    float rise = dot(n, right) / dot(right, right) * to_step.x + dot(n, up) / dot(up, up) * to_step.y;
+    float facing = max(dot(n, l), GRAZING);
+    return axis == vec3(0.0) ? rise / facing * length(rows[2].xyz) : rise * depth / facing * -dot(l, axis);
 }
 
 // Returns the fraction of a light that reaches the point, l: towards the light. Where all samples have the same map, percentage-closer
@@ -51,10 +63,11 @@ float light_visibility(Light light, vec3 position, vec3 n, vec3 l)
         bool is_filtered = more.x != 0.0;
 #endif
         vec3 axis = vec3(matrix[0].w, matrix[1].w, matrix[2].w); // along which the tile looks, 0 for a sun's
-        // Moved off the surface by as much as its plane rises along the axis within the filter, so that it does not shadow itself.
+        // Moved off the surface by as much as its plane rises along the axis within the filter, so that it does not shadow itself; where a
+        // single texel is compared, its plane is followed to the texel's middle, and what is left is that surfaces are no planes.
         float cosine = dot(n, axis == vec3(0.0) ? l : axis);
         float texel = tile.w * (matrix * vec4(position, 1.0)).w, sine = sqrt(max(0.0, 1.0 - cosine * cosine));
-        float lift = texel * (is_filtered ? 0.5 + 2.5 * sine : 0.1 + 0.75 * sine) + more.y;
+        float lift = texel * (is_filtered ? 0.5 + 2.5 * sine : 0.25 + 0.25 * sine) + more.y;
         vec4 clip = matrix * vec4(position + n * lift, 1.0);
         vec3 point = clip.xyz / clip.w;
         if (clip.w <= 0.0 || any(greaterThan(abs(point), vec3(1.0)))) {
@@ -63,8 +76,9 @@ float light_visibility(Light light, vec3 position, vec3 n, vec3 l)
         float depth = axis == vec3(0.0) ? point.z : clip.w; // as in shadow_fragment.glsl
         vec2 texels = (point.xy * 0.5 + 0.5) * tile.z - 0.5;
         if (!is_filtered) {
-            vec2 nearest = tile.xy + clamp(floor(texels + 0.5), vec2(0.0), vec2(tile.z - 1.0));
-            return step(depth, texelFetch(shadow_map, ivec2(nearest), 0).x);
+            vec2 nearest = clamp(floor(texels + 0.5), vec2(0.0), vec2(tile.z - 1.0)), to_middle = (nearest - texels) * 2.0 / tile.z;
+            depth += depth_slope(matrix, axis, n, l, clip.w, to_middle);
+            return step(depth, texelFetch(shadow_map, ivec2(tile.xy + nearest), 0).x);
         }
         vec2 corner = clamp(floor(texels), vec2(1.0), vec2(tile.z - 3.0)), rest = clamp(texels - corner, 0.0, 1.0);
         vec2 middle = tile.xy + corner; // between the first two texels in either direction
