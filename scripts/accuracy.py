@@ -95,7 +95,7 @@ def shadows(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
 
 
 def camera(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
-    """Hold depth of field and motion blur of True Diffuse Realtime against Cycles, by the number of samples."""
+    """Hold depth of field, motion blur and hair of True Diffuse Realtime against Cycles, by the number of samples."""
     from true_diffuse.scripts.studies import camera as study
 
     if len(engines) < len(NODE_ENGINES):

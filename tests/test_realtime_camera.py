@@ -491,3 +491,22 @@ def test_hair_of_particles_is_that_of_cycles(children: str) -> None:
     assert set(got) == {0.0, 1.0}
     both = sum(a == b == 1.0 for a, b in zip(got, expected, strict=True))
     assert both > 0.9 * max(sum(got), sum(expected)) > 100.0
+
+
+# ---- layers before each other
+
+
+def test_stacked_transparent_layers_cover_each_other_by_their_opacity() -> None:
+    """Five panes of opacity 0.3: a sample shows the first that it does not see through.
+
+    Of 32 x 32 pixels of 64 samples each, whose radiances lie between 0 and 5 around a mean of 2.5: 2 / sqrt(65536) = 0.8 % off.
+    """
+    scene = scene_of(32)
+    visible, expected = 1.0, 0.0
+    for layer in range(5):
+        pane = numbered_material(layer, (0.0, 0.0, 0.0), 0.3, Emission_Strength=1.0 + layer, Specular_IOR_Level=0.0)
+        pane.node_tree.nodes["Principled BSDF"].inputs["Emission Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+        rectangle(scene, (-2.0, -2.0), (2.0, 2.0), -1.0 - 0.1 * layer, pane)
+        expected += visible * 0.3 * (1.0 + layer)
+        visible *= 0.7
+    assert sum(red(scene, samples=64)) / 1024.0 == pytest.approx(expected, rel=0.008)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Realtime's depth of field and motion blur against Cycles, by the number of samples: five characters."""
+"""Realtime's depth of field, motion blur and hair against Cycles, by the number of samples."""
 
 import math
 import time
@@ -10,16 +10,17 @@ from functools import cache, partial
 import bpy
 
 from true_diffuse.addon.blender import engines
-from true_diffuse.addon.measure import error
+from true_diffuse.addon.measure import error, render
 from true_diffuse.addon.measure.record import Record
-from true_diffuse.scripts.studies.soft_shadows import LIGHTS, WORST, Characters, square_of
+from true_diffuse.scripts.studies.hair import ball_of_hair
+from true_diffuse.scripts.studies.soft_shadows import FILTER, LIGHTS, WORST, Characters, square_of
 from true_diffuse.scripts.studies.study import Step, Table, pivot
 
 # The middle character is in focus, the first and the last, 0.6 m behind and before it, are blurred by circles of 12 pixels.
 FOCUS, FSTOP = 28.5, 0.13  # m; of 400 mm
 SAMPLES, NOISELESS = (16, 64), 512
 TURN, FRAMES = 2.0, 10  # radians that each character turns around itself in so many frames; the picture is of the middle one
-PLAIN, DEPTH_OF_FIELD, MOTION_BLUR = "Neither", "Depth of field", "Motion blur"
+PLAIN, DEPTH_OF_FIELD, MOTION_BLUR, HAIR = "Five characters", "Depth of field", "Motion blur", "Hair"
 
 
 def steps(mesh: bpy.types.Mesh, quick: bool) -> list[Step]:
@@ -36,7 +37,11 @@ def steps(mesh: bpy.types.Mesh, quick: bool) -> list[Step]:
             figure.keyframe_insert("rotation_euler", index=2, frame=frame)
     scene.frame_set(FRAMES // 2)
 
+    fur = ball_of_hair(FILTER)
+
     def picture(case: str, engine: engines.Engine, samples: int) -> array[float]:
+        if case == HAIR:
+            return render.radiance(fur, engine, samples)[1]
         dof.use_dof, scene.render.use_motion_blur = case == DEPTH_OF_FIELD, case == MOTION_BLUR
         return characters.radiance(LIGHTS["key"], engine, samples)
 
@@ -59,7 +64,7 @@ def steps(mesh: bpy.types.Mesh, quick: bool) -> list[Step]:
 
     return [
         Step(f"{case}  {count} samples", partial(measure, case, count), count + 60.0)
-        for case in ((DEPTH_OF_FIELD,) if quick else (PLAIN, DEPTH_OF_FIELD, MOTION_BLUR))
+        for case in ((DEPTH_OF_FIELD,) if quick else (PLAIN, DEPTH_OF_FIELD, MOTION_BLUR, HAIR))
         for count in SAMPLES
     ]
 
