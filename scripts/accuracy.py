@@ -305,6 +305,16 @@ def thin(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
         yield Section(steps, {"Radiance of the face's ears": study.table})
 
 
+def ears(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
+    """Hold EEVEE's light through ears against Cycles, in light and dark skin."""
+    from true_diffuse.scripts.studies import ears as study
+
+    if len(engines) < len(NODE_ENGINES):
+        raise BadInput("EEVEE and Cycles are both needed to hold them against each other")
+    title = "Radiance of skin under a key light and one from behind, red, green and blue, EEVEE / Cycles (RMS difference)"
+    yield Section(study.steps(load_character("human"), options.quick), {title: study.table})
+
+
 def usd(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Hold each rough model against its formula after it has gone through USD, in MaterialX's GLSL and in Hydra Storm."""
     from true_diffuse.addon import usd as usd_files
@@ -386,6 +396,7 @@ MEASURES: dict[str, Measure] = {
         extremes,
         subsurface,
         thin,
+        ears,
         usd,
         web,
         handlers,

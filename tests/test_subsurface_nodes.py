@@ -54,10 +54,29 @@ def test_lengths_follow_the_scenes_unit(unit: float, meter: float) -> None:
     assert value == pytest.approx(meter, rel=1e-6)
 
 
-def test_material_keeps_its_own_thickness() -> None:
-    """What is translucent must not be taken for thick."""
+def thickness_of(material: bpy.types.Material) -> bpy.types.NodeSocket:
+    """Return what the thickness of `material` is linked to."""
+    (link,) = material.node_tree.get_output_node("EEVEE").inputs["Thickness"].links
+    return link.from_socket
+
+
+def test_thickness_is_the_medium_s() -> None:
+    """What is translucent must not be taken for thick, nor for as thin as shadows of another object's say."""
     material = materials.create("Skin", SUBSURFACE)
-    assert not material.node_tree.get_output_node("EEVEE").inputs["Thickness"].is_linked
+    socket = thickness_of(material)
+    assert (socket.node.node_tree.name, socket.name) == (SUBSURFACE.name, "Thickness")
+    assert socket.node.outputs.keys() == ["BSDF", "Thickness"]
+    materials.set_thickness(material)
+    assert thickness_of(material) == socket
+
+
+def test_thickness_that_is_linked_stays() -> None:
+    material = materials.create("Skin", SUBSURFACE)
+    tree = material.node_tree
+    value = tree.nodes.new("ShaderNodeValue")
+    tree.links.new(value.outputs[0], tree.get_output_node("EEVEE").inputs["Thickness"])
+    materials.set_thickness(material)
+    assert thickness_of(material) == value.outputs[0]
 
 
 @pytest.mark.parametrize(("first", "second"), [(ROUGH_DIFFUSE, SUBSURFACE), (SUBSURFACE, ROUGH_DIFFUSE)])
@@ -65,13 +84,14 @@ def test_thickness_does_not_depend_on_the_order_of_adding(first: Group, second: 
     material = materials.create("Both", first)
     materials.add_group(material.node_tree, second)
     materials.set_thickness(material)
-    assert not material.node_tree.get_output_node("EEVEE").inputs["Thickness"].is_linked
+    assert thickness_of(material).node.node_tree.name == SUBSURFACE.name
     assert material.use_thickness_from_shadow
 
 
 def test_older_version_of_the_group_is_still_translucent() -> None:
     tree = SUBSURFACE.ensure()
     tree[GROUP_ID] = f"{SUBSURFACE.key}/0"
+    tree.interface.remove(tree.interface.items_tree["Thickness"])  # as before version 6
     material = materials.create("Old", ROUGH_DIFFUSE)
     material.node_tree.nodes.new("ShaderNodeGroup").node_tree = tree
     materials.set_thickness(material)

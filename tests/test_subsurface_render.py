@@ -7,10 +7,16 @@ from xml.etree import ElementTree
 import bpy
 
 import pytest
+from mathutils import Matrix
 
 from true_diffuse.addon.blender import engines
+from true_diffuse.addon.closures.subsurface_fit import BEAM
+from true_diffuse.addon.material import materials
 from true_diffuse.addon.models.burley import Burley
+from true_diffuse.addon.models.half_space import diffusion_root
+from true_diffuse.addon.nodes import SUBSURFACE
 from true_diffuse.scenes.slab import slab
+from true_diffuse.scripts.fit.subsurface import DEPTHS, transmitted
 from true_diffuse.scripts.studies import searchlight, slab_light
 from true_diffuse.scripts.studies import subsurface as study
 from true_diffuse.scripts.studies.edge_profile import edge_width
@@ -130,3 +136,24 @@ def test_searchlight_diagram_shows_every_curve() -> None:
         assert list(y) == sorted(y)  # all fall, and SVG's y points down
         assert all(0.0 < value < 600.0 for value in x)
         assert all(0.0 < value < 400.0 for value in y)
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("empty_file")
+@pytest.mark.parametrize("depth", [2.0, 30.0])
+def test_eevee_lets_light_through_a_slab_as_walks_do(depth: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`depth` in mean free paths; the sun is below the slab, as steep as `through_radius` takes light for."""
+    monkeypatch.setattr("true_diffuse.scenes.slab.SHADOW_STEPS", 64.0)  # a depth comes out too long by a step or two
+    color, length, cell = 0.5, 2.0, 240.0  # mm
+    body = slab(cell)
+    body.body.data.transform(Matrix.Diagonal((1.0, 1.0, depth * length / cell, 1.0)))
+    alpha = BEAM.albedo(color)
+    steep = 1.0 / (1.5 - 0.3 * diffusion_root(alpha))
+    body.sun.matrix_world = Matrix.Rotation(math.pi - math.acos(steep), 4, "Y")
+    material = materials.create("Wax", SUBSURFACE, Color=(color, color, color, 1.0), Specular=0.0)
+    material.node_tree.nodes[SUBSURFACE.name].inputs["Subsurface Radius"].default_value = (length,) * 3
+    ((red, _, _),) = body.albedos([material], engines.EEVEE, 4, mu=0.9)
+    expected = steep * transmitted(alpha, 4000)[min(range(len(DEPTHS)), key=lambda k: abs(DEPTHS[k] - depth))]
+    # The profile has one radius for all depths, and at most the color: 26 % too little at 2 mean free paths by its formula.
+    # A depth is too long by one step of the shadow map and more, 0.2 mm, which is 4 % of the light.
+    assert red.value == pytest.approx(expected, rel=0.35, abs=0.002)

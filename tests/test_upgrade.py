@@ -13,7 +13,7 @@ from true_diffuse.addon.blender.id_properties import GROUP_ID
 from true_diffuse.addon.blender.osl import compiles_osl
 from true_diffuse.addon.material import materials, upgrade
 from true_diffuse.addon.material.read import read_surface
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, Group, chosen_lights
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SPECULAR_GROUP, SUBSURFACE, Group, chosen_lights
 from true_diffuse.addon.nodes.graph import COLOR, Graph, Socket, Value
 from true_diffuse.addon.nodes.rough_diffuse import ROUGH
 
@@ -125,6 +125,16 @@ def test_material_optimized_by_this_version_s_predecessor_gets_the_whole_group()
     assert upgrade.upgrade().upgraded == ["Optimized"] and node.node_tree == ROUGH_DIFFUSE.ensure()
     assert (node.inputs["Model"].default_value, node.inputs["Roughness"].default_value) == ("Fujii", 0.25)
     assert len(made.node_tree.animation_data.drivers) == 1 and not list(upgrade.outdated())
+
+
+def test_medium_of_an_older_version_gets_its_thickness() -> None:
+    def build(graph: Graph) -> dict[str, Value]:
+        return {"BSDF": graph.diffuse(graph.input(COLOR), graph.geometry("Normal"))}
+
+    made = materials.create("Skin", replace(SUBSURFACE, version=5, inputs=(COLOR,), build=build))
+    upgrade.upgrade()
+    (link,) = made.node_tree.get_output_node("EEVEE").inputs["Thickness"].links
+    assert link.from_node.node_tree == SUBSURFACE.ensure()
 
 
 def test_second_upgrade_finds_nothing() -> None:

@@ -16,7 +16,9 @@ the normal (light's way turned round: a beam from mu = MU) it reflects the fract
   standard dipole. Its color moves with the view, by up to a fifth; right is what is seen along the normal.
 - Cycles, Christensen-Burley: the profile of burley.py with d = radius / (4 pi), normalized to the color.
 - EEVEE: the same profile on the screen with d = radius / (4 pi s(A)), A = color / its brightest channel, eq. (6) of the paper. It
-  cuts the profile short (SCREEN), and keeps radii in 10 bits, on average half a step too small (HALF_STEP).
+  cuts the profile short (SCREEN), and keeps radii in 10 bits, on average half a step too small (HALF_STEP). Light through thin
+  matter it multiplies by color and `eevee_profile(depth / radius)`. A slab lets more through than that with the radius of what it
+  reflects, so where light comes from behind the closure takes another (`through_radius`).
 
 `scripts/fit/subsurface.py` finds the numbers. All arguments are clamped to [0, 1], NaN to 0.
 """
@@ -47,6 +49,8 @@ SKIN_LOST = 0.75  # of what Random Walk loses: as much as keeps white at 1
 SCREEN = 1.05  # as measured on edges of 10 cm
 HALF_STEP = 1.0 / 1023.0  # Blender's units, of radii up to 1
 LONGER = (1.0, 4.0, 12.0)  # in the fraction of the color that is lost
+EEVEE_DECAY = 3.6  # of `eevee_profile`, nearly
+THROUGH = (9.6308, -10.159, 34.206, 21.11, -20.758)  # polynomial in the color; to 5 %
 
 
 class ClosureInputs(NamedTuple):
@@ -102,6 +106,25 @@ def random_walks(color: Number, ops: Arithmetic = FLOATS) -> dict[str, ClosureIn
         "RANDOM_WALK_SKIN": ClosureInputs(dark * polynomial(ops, SKIN, dark), longer / shrinking, rest * SKIN_LOST),
         "RANDOM_WALK_LEGACY": ClosureInputs(dark * polynomial(ops, LEGACY, dark), longer * (4.0 * math.pi), rest),
     }
+
+
+def eevee_profile(x: float) -> float:
+    """Return the fraction of light from behind that EEVEE 5.2 lets through a depth of `x` radii, 0 or more; its own formula."""
+    if x >= 2.0:
+        return 0.0
+    narrow, wide = math.exp(-((3.4 * x) ** 1.6)), math.exp(-EEVEE_DECAY * x**1.11)
+    share = min(1.0, 0.5 + x / 0.6) ** 2
+    return (narrow + (wide - narrow) * share) * (1.0 - (0.5 * x) ** 5)
+
+
+def through_radius(color: Number, ops: Arithmetic = FLOATS) -> Number:
+    """Return the radius [mean free paths] with which EEVEE lets light through as a slab does of the medium that reflects `color`.
+
+    EEVEE measures the depth along the light, on average 3/2 of the slab's over light from everywhere. Light that is scattered
+    often takes the shortest way; the less of it is, the nearer to the light's own way: with k, `half_space.diffusion_root`, EEVEE's
+    depth counts as 1.5 - 0.3 k of the slab's, by the ears of the face scene in light and dark skin.
+    """
+    return polynomial(ops, THROUGH, color)
 
 
 def closure_inputs(method: str, color: float) -> ClosureInputs:

@@ -8,6 +8,7 @@ import bpy
 from ..blender.id_properties import THICKNESS_CHANGED
 from ..nodes import PRINCIPLED, SUBSURFACE, Group
 from ..nodes.graph import key_and_version
+from ..nodes.subsurface import THICKNESS
 
 type Setting = float | str | tuple[float, ...]
 THICK = 100.0  # m; EEVEE reduces it where shadows show less, down to a thousandth
@@ -50,6 +51,8 @@ def set_inputs(node: bpy.types.Node, inputs: Mapping[str, Setting]) -> None:
 def set_thickness(material: bpy.types.Material) -> None:
     """Set the thickness that EEVEE takes `material` for, unless it is linked: THICK where no light passes, else from shadows.
 
+    What the group Subsurface says of its medium is the most that shadows are asked for.
+
     The Subsurface closure of Rough Diffuse scatters nothing, but EEVEE keeps its radius in steps of 2 mm, dithered. Then light from
     behind comes through meshes that are less than two steps across. For the group Subsurface EEVEE's own thickness, the object's
     size, would let no light through an ear.
@@ -61,8 +64,12 @@ def set_thickness(material: bpy.types.Material) -> None:
     if any(map(_transmits, tree.nodes)):
         for node in [node for node in tree.nodes if node.label == THICK_LABEL]:
             tree.nodes.remove(node)
-        if any(key_and_version(node)[0] == SUBSURFACE.key for node in tree.nodes) and not material.use_thickness_from_shadow:
+        media = [node for node in tree.nodes if key_and_version(node)[0] == SUBSURFACE.key]
+        if media and not material.use_thickness_from_shadow:
             material.use_thickness_from_shadow = material[THICKNESS_CHANGED] = True
+        limit = next((node.outputs[THICKNESS] for node in media if THICKNESS in node.outputs), None)
+        if limit and not output.inputs["Thickness"].is_linked:
+            tree.links.new(limit, output.inputs["Thickness"])
     elif not output.inputs["Thickness"].is_linked:
         thick = tree.nodes.new("ShaderNodeValue")
         # small, between the output and the node of its surface

@@ -262,7 +262,7 @@ def _restore(node: bpy.types.Node, original: Original, is_read: bool = True) -> 
     }
     for helper, target in helped.items() if is_read else ():
         followed |= dict.fromkeys(fcurves.readers_of(tree, helper), target)
-    for target, is_muted in [(link.to_socket, link.is_muted) for output in node.outputs for link in output.links]:
+    for target, is_muted in [(link.to_socket, link.is_muted) for link in node.outputs["BSDF"].links]:
         tree.links.new(new.outputs[0], target).is_muted = is_muted
     if tree.nodes.active == node:
         tree.nodes.active = new

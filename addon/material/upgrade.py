@@ -14,8 +14,9 @@ from ..blender import fcurves
 from ..blender.id_properties import BUILT_FINGERPRINT, GROUP_ID, SPECIALIZED_FOR
 from ..closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
 from ..models import MODELS
-from ..nodes import GROUPS, Group, chosen_lights
+from ..nodes import GROUPS, SUBSURFACE, Group, chosen_lights
 from ..nodes.graph import fingerprint, key_and_version
+from .materials import set_thickness
 
 # Names of version 0.1.0, and what replaces them
 SOCKETS = {"Mode": "Quality", "Mean Free Path": "Subsurface Radius"}
@@ -101,6 +102,8 @@ def upgrade() -> Report:
             report.lines.append(f"{name} {old.obstacle} and is left alone")
             continue
         report.lines += [f"{name} {message}" for message in upgrade_node(old.tree, old.node, old.group)]
+        if old.group is SUBSURFACE and isinstance(old.owner, bpy.types.Material):
+            set_thickness(old.owner)
         if old.owner.name not in report.upgraded:
             report.upgraded.append(old.owner.name)
     return report

@@ -108,10 +108,10 @@ def _fill(tree: bpy.types.ShaderNodeTree, build: Callable[["Graph"], Mapping[str
     """Build the nodes of an empty `tree`, and the outputs that it lacks."""
     graph = Graph(tree)
     outputs = build(graph)
-    for name, value in outputs.items():
+    for index, (name, value) in enumerate(outputs.items()):
         if name not in tree.interface.items_tree:
             output = tree.interface.new_socket(name, in_out="OUTPUT", socket_type=value.socket.bl_idname)
-            tree.interface.move(output, 0)  # above panels
+            tree.interface.move(output, index)  # above panels
     graph.end(outputs)
     graph.arrange()
     tree[BUILT_FINGERPRINT] = fingerprint(tree)
@@ -396,6 +396,11 @@ class Graph:
     def mean(self, vector: Value) -> Value:
         """Return the mean of a vector's components."""
         return self.vector_math("DOT_PRODUCT", vector, (1.0 / 3.0,) * 3, output="Value")
+
+    def largest(self, vector: Value) -> Value:
+        """Return the largest of a vector's components."""
+        x, y, z = self.separate(vector)
+        return self.maximum(self.maximum(x, y), z)
 
     def normalize(self, vector: Value) -> Value:
         return self.vector_math("NORMALIZE", vector)

@@ -11,12 +11,25 @@ from dataclasses import replace
 
 from ..closures.coat import squared_cosine
 from ..closures.quality import FAST
-from ..closures.subsurface_fit import HALF_STEP, LAMBERT_BELOW, SCREEN, SKIN_IOR, WIDTH, ClosureInputs, random_walks, rational
+from ..closures.subsurface_fit import (
+    EEVEE_DECAY,
+    HALF_STEP,
+    LAMBERT_BELOW,
+    SCREEN,
+    SKIN_IOR,
+    WIDTH,
+    ClosureInputs,
+    eevee_profile,
+    random_walks,
+    rational,
+    through_radius,
+)
 from ..closures.subsurface_fit import IOR as ENTRY_IOR
 from ..models.burley import DIFFUSE_MAP, EDGE_WIDTH_25_75
-from ..models.medium import LONGEST
+from ..models.medium import LONGEST, SHORTEST
 from ..models.wolff import transmittance
 from .graph import COLOR, NORMAL, Graph, Group, Socket, Value
+from .lobe_nodes import BLACK
 from .model_nodes import ROUGHNESS
 from .rough_diffuse import MODEL, ROUGH
 
@@ -62,7 +75,13 @@ SPECULAR_ROUGHNESS = Socket(
 )
 IOR = Socket("IOR", "NodeSocketFloat", "Index of refraction of the coat, and of Wolff's dielectric", 1.4, 1.0, 3.0)
 DIFFUSE = tuple(replace(socket, panel="Diffuse") for socket in (MODEL, ROUGHNESS))
+THICKNESS = "Thickness"  # the output to link to the Material Output's
 BRIGHTEST = 1e-6
+RED, BLUE = (1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0)
+# Of what EEVEE is asked about light from behind: a radius, in thicknesses, and the share of that light that comes through then
+PROBE = 2.5
+PROBED = eevee_profile(1.0 / PROBE)
+TYPICAL = 1.0 / 3.0  # depth in thicknesses at which light through matter is held against that from the front
 
 
 class Medium:
@@ -87,14 +106,37 @@ class Medium:
         return rational([4.0 * math.pi / EDGE_WIDTH_25_75 * c for c in WIDTH[:3]] + list(WIDTH[3:]), 3, self.color, self.graph)
 
 
-def eevee(medium: Medium) -> Value:
+def eevee(medium: Medium) -> tuple[Value, Value]:
+    """Return EEVEE's closure, and the thickness from which on no light comes through [Blender's units]."""
     graph, color = medium.graph, medium.color
-    red, green, blue = graph.separate(color)
-    a = color * (1.0 / graph.maximum(graph.maximum(graph.maximum(red, green), blue), BRIGHTEST))
+    a = color * (1.0 / graph.maximum(graph.largest(color), BRIGHTEST))
     middle, steep, lowest = DIFFUSE_MAP
     off = a - lowest
     radius = medium.length * medium.edge() * (middle - a + off * off * steep) * (medium.scale * SCREEN)
-    return graph.subsurface("BURLEY", color, radius + graph.minimum(radius, HALF_STEP), 1.0, medium.n)
+    through = medium.length * medium.scale * through_radius(color, graph)
+    thickness = graph.largest(through)
+    radius = radius + (through - radius) * from_behind(medium, through, thickness)
+    return graph.subsurface("BURLEY", color, radius + graph.minimum(radius, HALF_STEP), 1.0, medium.n), thickness
+
+
+def from_behind(medium: Medium, radius: Value, thickness: Value) -> Value:
+    """Return, by channel, the share of light through matter, in transmission of that `radius`, in all that the surface sends out.
+
+    Shader to RGB says how much light comes from lamps behind that shine through `thickness`: Subsurface closures of which one lets
+    light through, so the material's thickness has to be that; with EEVEE's own there is none. Lights far behind a surface are not
+    in it, nor is the world, which is there in both: a closure around -N has its light alone. Red says how much comes through, as
+    it comes farthest in skin, and blue what is lit from the front.
+    """
+    graph, n = medium.graph, medium.n
+    keep_apart = graph.translucent(BLACK)
+    probe = graph.subsurface("BURLEY", RED, (1.0, 1.0, 1.0), thickness * PROBE, n)
+    lit = graph.shader_to_rgb(graph.add_shader(probe, graph.diffuse(BLUE, n), keep_apart))
+    world = graph.add_shader(graph.unscattered(RED, n), graph.diffuse((PROBED, 0.0, 0.0, 1.0), n * -1.0), keep_apart)
+    (red, _, front), (other, _, _) = graph.separate(lit), graph.separate(graph.shader_to_rgb(world))
+    behind = graph.maximum(red - other, 0.0) * (1.0 / PROBED)
+    depth = thickness / graph.maximum(radius, SHORTEST)
+    through = graph.power(math.exp(-EEVEE_DECAY * TYPICAL), depth) * behind
+    return through / graph.maximum(through + front, BRIGHTEST)
 
 
 def walk(medium: Medium, falloff: str, inputs: ClosureInputs) -> Value:
@@ -119,7 +161,8 @@ def build(graph: Graph) -> dict[str, Value]:
         ("Random Walk (Legacy)", "As Random Walk, by way of Blender's older fit", walks["RANDOM_WALK_LEGACY"]),
     )
     in_cycles = graph.menu(graph.input(METHOD), "SHADER", methods)
-    scattered = graph.switch(graph.in_eevee(), {0: in_cycles, 1: eevee(medium)})
+    in_eevee, thickness = eevee(medium)
+    scattered = graph.switch(graph.in_eevee(), {0: in_cycles, 1: in_eevee})
 
     rough = graph.group(
         ROUGH,
@@ -134,7 +177,8 @@ def build(graph: Graph) -> dict[str, Value]:
     weight, specular = (graph.clamp(graph.input(socket), 0.0, 1.0) for socket in (WEIGHT, SPECULAR))
     base = graph.switch(graph.is_known(weight, 0.0), {0: graph.mix_shader(weight, rough, scattered), 1: rough})
     base = graph.switch(graph.is_known(weight, 1.0), {0: base, 1: scattered})
-    return {"BSDF": graph.switch(graph.is_known(specular, 0.0), {0: coat(graph, medium.n, specular, base), 1: base})}
+    shown = graph.switch(graph.is_known(specular, 0.0), {0: coat(graph, medium.n, specular, base), 1: base})
+    return {"BSDF": shown, THICKNESS: thickness}
 
 
 def coat(graph: Graph, n: Value, weight: Value, base: Value) -> Value:
@@ -150,7 +194,7 @@ SUBSURFACE = Group(
     key="subsurface",
     name="Subsurface",
     label="Subsurface",
-    version=5,
+    version=6,
     description="Skin, wax, marble, milk: light enters, scatters and leaves nearby; beside rough diffuse reflection, under a coat",
     inputs=(COLOR, IOR, NORMAL, *DIFFUSE, METHOD, WEIGHT, MEAN_FREE_PATH, SCALE, SPECULAR, SPECULAR_ROUGHNESS),
     build=build,

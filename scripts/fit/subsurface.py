@@ -5,6 +5,7 @@ uv run scripts/fit/subsurface.py        some minutes: prints them, with how far 
 """
 
 import math
+import random
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from itertools import chain
@@ -13,9 +14,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import checkout  # noqa: F401 - makes the checkout the package true_diffuse
-from true_diffuse.addon.closures.subsurface_fit import BEAM, MU, SKIN_IOR, rational
+from true_diffuse.addon.closures.subsurface_fit import BEAM, MU, SKIN_IOR, eevee_profile, rational
 from true_diffuse.addon.models.burley import EDGE_WIDTH_25_75, searchlight_mfp
-from true_diffuse.addon.models.half_space import diffuse_albedo, plane_albedo
+from true_diffuse.addon.models.half_space import diffuse_albedo, diffusion_root, plane_albedo
 from true_diffuse.scripts.cli.console import Parser, end, script_arguments
 from true_diffuse.scripts.fit.least_squares import rational_fit
 from true_diffuse.scripts.studies.random_walk import Exit, exits
@@ -24,6 +25,10 @@ COLORS = tuple(k / 40 for k in range(1, 40))
 ROOTS = (0.97, 0.9, 0.8, 0.65, 0.5, 0.4, 0.3, 0.22, 0.15, 0.1, 0.06, 0.04, 0.025, 0.015)  # s = sqrt(1 - alpha) of the walks
 WIDTH_TERMS, SHRINKING_TERMS = (3, 1), (3, 2)
 SKIN_MU = 0.949  # mean cosine of the half of the light that enters by refraction at SKIN_IOR and roughness 1, seen along the normal
+
+SLAB_COLORS = (0.02, 0.05, 0.1, 0.15, 0.24, 0.34, 0.42, 0.5, 0.57, 0.64, 0.72, 0.8, 0.9, 0.99)
+DEPTHS = tuple(0.1 * k for k in range(1, 400))  # mean free paths
+DIM = 0.05
 
 
 def wrenninge(color: float) -> float:
@@ -72,6 +77,43 @@ def width(walks: Iterable[list[Exit]]) -> tuple[float, float]:
     return 0.0, 0.0
 
 
+def transmitted(alpha: float, paths: int, seed: int = 1) -> list[float]:
+    """Return the fraction of a beam along the normal that comes through index-matched slabs of DEPTHS.
+
+    A walk comes through a slab if it gets as deep in a half-space before it leaves.
+    """
+    roll, reached = random.Random(seed).random, [0.0] * (len(DEPTHS) + 1)
+    for _ in range(paths):
+        z, mu, weight, slabs = 0.0, 1.0, 1.0, 0
+        while weight > 0.0:
+            z -= mu * math.log(1.0 - roll())
+            if z < 0.0:
+                break
+            while slabs < len(DEPTHS) and DEPTHS[slabs] <= z:
+                reached[slabs] += weight
+                slabs += 1
+            weight *= alpha
+            if weight < 0.1:
+                weight = 2.0 * weight if roll() < 0.5 else 0.0
+            mu = 2.0 * roll() - 1.0
+    return [value / paths for value in reached[:-1]]
+
+
+def through(color: float, paths: int) -> float:
+    """Return the radius of `subsurface_fit.through_radius` for a `color`: the least relative squares of what comes through slabs.
+
+    What is dimmer than a fraction DIM of what the medium reflects counts no more than that.
+    """
+    alpha = min(BEAM.albedo(color), 0.9999)
+    seen = transmitted(alpha, paths)
+
+    def apart(radius: float) -> float:
+        pairs = zip(DEPTHS, seen, strict=True)
+        return sum(((color * eevee_profile(depth / radius) - value) / max(value, DIM * color)) ** 2 for depth, value in pairs)
+
+    return min((0.1 * k for k in range(20, 420)), key=apart) * (1.5 - 0.3 * diffusion_root(alpha))
+
+
 def show(name: str, coefficients: Sequence[float], above: int, points: Sequence[tuple[float, float]]) -> None:
     """Print numbers as the module has them, and the largest relative error."""
     error = max(abs(rational(coefficients, above, x) / y - 1.0) for x, y in points)
@@ -110,6 +152,9 @@ def main() -> int:
         wider = wide / rational(found, WIDTH_TERMS[0], color)
         shrunk.append((color, wider * shrinking(bisect(wrenninge, alpha, 0.0, 1.0))))
     show("SKIN_SHRINKING", rational_fit(shrunk, *SHRINKING_TERMS), SHRINKING_TERMS[0], shrunk)
+
+    slabs = [(color, through(color, round(0.2 * paths * (1.0 - 0.9 * color)))) for color in SLAB_COLORS]
+    show("THROUGH", rational_fit(slabs, 5, 0), 5, slabs)
     return 0
 
 

@@ -123,7 +123,7 @@ def records(visible: Sequence[VisibleRegions], measurements: Sequence[Measuremen
                     if cycles is None
                     else {key: known(noise.difference((means[key],) * 2, cycles.repeats, pixels)) for key in compared},
                     "noise": None if cycles is None else known(error.difference(*cycles.repeats, pixels) / 2.0),
-                    "mean_radiance": {key: _mean(rgb, pixels) for key, rgb in means.items()},
+                    "mean_radiance": {key: mean(rgb, pixels) for key, rgb in means.items()},
                     "samples": {key: len(m.repeats) * m.samples for key, m in engines.items()},
                     "render_seconds": {key: m.seconds for key, m in engines.items()},
                 }
@@ -131,7 +131,7 @@ def records(visible: Sequence[VisibleRegions], measurements: Sequence[Measuremen
     return result
 
 
-def _mean(rgb: array[float], pixels: Sequence[int]) -> list[float] | None:
+def mean(rgb: array[float], pixels: Sequence[int]) -> list[float] | None:
     """Return the mean of red, green and blue over `pixels`, None where there are none."""
     if not pixels:
         return None
