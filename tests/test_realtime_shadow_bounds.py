@@ -127,3 +127,13 @@ def test_wall_before_the_sun_shades_what_is_near_it() -> None:
         on_wall = point + Vector(sun.axis) * (-point.y / sun.axis[1])
         assert holds(tile, point) and holds(tile, on_wall)
     assert tile.texel * MAP_SIZE < 3.0
+
+
+def test_floor_shares_no_box_with_a_crowd_that_stands_on_it() -> None:
+    """Else its box is as high as they are, and all of the floor may shade what is seen."""
+    crowd = [(Hull(meshes.box((-0.3, -0.3, 0.0), (0.3, 0.3, 1.8))), Matrix.Translation((k % 10, k // 10, 0.0))) for k in range(100)]
+    found = bounds([(Hull(FLOOR), Matrix()), *crowd])
+    standing = [corner for corner in found.casters if corner.z > 0.0]
+    assert all(-0.301 < corner.x < 9.301 and -0.301 < corner.y < 9.301 for corner in standing)  # 32 bits
+    assert {tuple(corner) for corner in found.casters} >= set(FLOOR)
+    assert len(found.casters) <= 3 * scene_bounds.MAX_TRIANGLES

@@ -13,6 +13,7 @@ from .view import View
 
 MAX_TRIANGLES = 384  # objects with more than that in all share boxes with their neighbors
 BOX_TRIANGLES = 12
+WIDE = 0.5  # of the scene's size: an object of that size, as a floor, shares no box, which would have no end
 
 type Triangle = tuple[Vector, Vector, Vector]
 type Range = tuple[Point, Point]
@@ -66,10 +67,12 @@ class SceneBounds:
             for placed in all_placed:
                 if placed not in self.ranges and placed[0].hull:
                     self.ranges[placed] = self._before.get(placed) or _range(*placed)
-            ranges = [self.ranges[placed] for placed in all_placed if placed[0].hull]
-            corners = [
-                Vector(corner) for low, high in _grouped(ranges, MAX_TRIANGLES // BOX_TRIANGLES) for corner in box(low, high)
-            ]
+            ranges = {placed: self.ranges[placed] for placed in all_placed if placed[0].hull}
+            wide = _wide(ranges)
+            corners = [matrix(place) @ Vector(point) for mesh, place in wide for point in mesh.hull]
+            shared = [ends for placed, ends in ranges.items() if placed not in wide]
+            boxes = _grouped(shared, (MAX_TRIANGLES - len(corners) // 3) // BOX_TRIANGLES) if shared else ()
+            corners += [Vector(corner) for low, high in boxes for corner in box(low, high)]
         return list(batched(corners, 3, strict=True))
 
 
@@ -85,14 +88,37 @@ def _range(mesh: Geometry, place: bytes) -> Range:
     return (x - dx, y - dy, z - dz), (x + dx, y + dy, z + dz)
 
 
-def _grouped(ranges: Sequence[Range], count: int) -> Iterator[Range]:
-    """Yield the ranges of at most `count` groups of neighboring `ranges`, which are halved along their longest axis."""
+def _wide(ranges: Mapping[Placed, Range]) -> set[Placed]:
+    """Return the widest of the objects that have `ranges`, with at most half of MAX_TRIANGLES."""
+    sizes = {placed: _longest(ends) for placed, ends in ranges.items()}
+    least, left, wide = WIDE * _longest(_union(ranges.values())), MAX_TRIANGLES // 2, set()
+    for placed, size in sorted(sizes.items(), key=lambda item: -item[1]):
+        left -= len(placed[0].hull) // 3
+        if size < least or left < 0:
+            break
+        wide.add(placed)
+    return wide
+
+
+def _longest(ends: Range) -> float:
+    """Return the longest side of a range."""
+    return max(high - low for low, high in zip(*ends, strict=True))
+
+
+def _union(ranges: Collection[Range]) -> Range:
+    """Return the range around all `ranges`."""
     lows, highs = zip(*ranges, strict=True)
     (x0, y0, z0), (x1, y1, z1) = map(min, zip(*lows, strict=True)), map(max, zip(*highs, strict=True))
+    return (x0, y0, z0), (x1, y1, z1)
+
+
+def _grouped(ranges: Sequence[Range], count: int) -> Iterator[Range]:
+    """Yield the ranges of at most `count` groups of neighboring `ranges`, which are halved along their longest axis."""
+    union = _union(ranges)
     if count == 1 or len(ranges) == 1:
-        yield (x0, y0, z0), (x1, y1, z1)
+        yield union
         return
-    size = (x1 - x0, y1 - y0, z1 - z0)
+    size = [high - low for low, high in zip(*union, strict=True)]
     axis = size.index(max(size))
     ranges = sorted(ranges, key=lambda ends: ends[0][axis] + ends[1][axis])
     for half in (ranges[: len(ranges) // 2], ranges[len(ranges) // 2 :]):
