@@ -79,7 +79,8 @@ class RayBundles:
         self._allocate(max(SMALLEST, min(size, LARGEST)))
         self._everything = _corners(bounds.everything if bounds else [])
         polygons = bounds.visible(view) if bounds else []
-        self._seen = _corners([corner for polygon in polygons for corner in polygon]) or self._everything
+        seen = _corners([corner for polygon in polygons for corner in polygon])
+        self._near = _grown(seen, self._everything) or self._everything
         if not sample:
             self._bundles = []
         self._shadow_maps.begin_within([polygons, []], sample)
@@ -87,22 +88,31 @@ class RayBundles:
     def draw(self, sample: int, fades_in: bool) -> None:
         """Draw the maps of a sample; with `fades_in` the first FADE_IN samples grow in weight, from none."""
         before, self._bundles = self._bundles, []
-        self._maps.reverse()
-        self._buffers.reverse()
+        self._swap()
         weight = 2.0 * sample / (FADE_IN - 1) if fades_in and sample < FADE_IN else 1.0
         if self._everything and weight:
             self._shadow_maps.light(sample)
-            for buffer in self._buffers[0]:
-                with buffer.bind():
-                    gpu.state.depth_mask_set(True)
-                    buffer.clear(color=EMPTY, depth=0.0)
             self._bundles = [
-                Bundle(row, direction, self._size, TURN * (MAX_BUNDLES * sample + row), self._seen, self._everything)
+                Bundle(row, direction, self._size, TURN * (MAX_BUNDLES * sample + row), self._near, self._everything)
                 for row, direction in enumerate(self._directions(sample))
             ]
+            if not before:  # as many as needed for the sky that the surfaces get
+                before = self._bundles
+                for bundle in before:
+                    self._draw_layers(bundle, [], sample)
+                self._swap()
             for bundle in self._bundles:
-                self._draw_layers(bundle, [before[(sample + bundle.row) % MAX_BUNDLES]] if before else [], sample)
+                self._draw_layers(bundle, [before[(sample + 1 + bundle.row) % MAX_BUNDLES]], sample)
         self._block = uniform_buffer(_to_bytes(self._bundles, self._size, weight))
+
+    def _swap(self) -> None:
+        """Make the maps of this sample those of the sample before, and the others empty."""
+        self._maps.reverse()
+        self._buffers.reverse()
+        for buffer in self._buffers[0]:
+            with buffer.bind():
+                gpu.state.depth_mask_set(True)
+                buffer.clear(color=EMPTY, depth=0.0)
 
     def _directions(self, sample: int) -> Sequence[Sample]:
         """Return MAX_BUNDLES directions."""
@@ -186,6 +196,16 @@ def _corners(points: Sequence[Vector]) -> list[Vector]:
     if not points:
         return []
     return [Vector(corner) for corner in product(*((min(values), max(values)) for values in zip(*points, strict=True)))]
+
+
+def _grown(near: Sequence[Vector], everything: Sequence[Vector]) -> list[Vector]:
+    """Return the corners of the box of corners `near`, twice as large, within the box of `everything`."""
+    if not near:
+        return []
+    low, high, least, most = near[0], near[-1], everything[0], everything[-1]
+    half = (high - low) / 2.0
+    corners = (tuple(map(max, low - half, least)), tuple(map(min, high + half, most)))
+    return [Vector(corner) for corner in product(*zip(*corners, strict=True))]
 
 
 def _to_bytes(bundles: Sequence[Bundle], size: int, weight: float) -> bytes:

@@ -17,7 +17,11 @@ vec4 met_by_ray(int k, vec3 position, vec3 n)
     vec3 start = position + n * (towards.w * (0.25 + 0.75 * sqrt(max(0.0, 1.0 - cosine * cosine))));
     vec3 point = (bundles.matrix[k] * vec4(start, 1.0)).xyz * 0.5 + 0.5;
     if (any(lessThan(point.xy, vec2(0.0))) || any(greaterThanEqual(point.xy, vec2(1.0)))) {
+#ifdef LAYER
+        return vec4(0.0, 0.0, 0.0, 1.0); // so that no sky shines into what is closed
+#else
         return vec4(0.0);
+#endif
     }
     int size = int(bundles.use.z);
     ivec2 texel = ivec2(point.xy * bundles.use.z) + ivec2(0, size * (int(bundles.use.y) + k));
