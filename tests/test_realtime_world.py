@@ -288,13 +288,15 @@ def test_sun_of_an_image_becomes_a_light(scene: bpy.types.Scene) -> None:
     assert sun.strength == pytest.approx([value * solid_angle for value in SUN], rel=0.01)
 
 
-def test_directions_have_the_density_they_state(scene: bpy.types.Scene) -> None:
-    """The mean of 1 / density is the sphere's 4 pi, and that of radiance / density the integral, here without the sun."""
+def test_radiance_from_directions_adds_up(scene: bpy.types.Scene) -> None:
+    """Its mean over the sphere is that of the gradient, here without the sun."""
     feed(scene.world, gradient)
     _, maps = suns()
-    found = maps.directions(4096, 5)
-    assert math.fsum(1.0 / one.density for one in found) / len(found) == pytest.approx(4.0 * math.pi, rel=0.02)
-    assert math.fsum(one.radiance[0] / one.density for one in found) / len(found) == pytest.approx(4.0 * math.pi, rel=0.02)
+    count = 4096
+    heights = [(2.0 * k + 1.0) / count - 1.0 for k in range(count)]
+    circles = [(math.sqrt(1.0 - z * z), math.pi * (3.0 - math.sqrt(5.0)) * k, z) for k, z in enumerate(heights)]  # a spiral
+    found = [maps.radiance(Vector((r * math.cos(turn), r * math.sin(turn), z)))[0] for r, turn, z in circles]
+    assert math.fsum(found) / count == pytest.approx(1.0, rel=0.02)
 
 
 def test_world_that_turns_compiles_nothing(scene: bpy.types.Scene) -> None:

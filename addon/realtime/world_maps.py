@@ -5,13 +5,11 @@ They are made anew where the world has changed, of its expression in GLSL: first
 out the sphere (shaders/realtime/octahedral.glsl), and of it those that surfaces read, as two hemispheres (hemispheres.glsl).
 """
 
-import bisect
 import itertools
 import math
-import random
 import struct
 from array import array
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import gpu
@@ -20,7 +18,6 @@ from mathutils import Vector
 from ..blender.glsl import triangle
 from ..material.expression import Image
 from ..material.sky import Atmosphere, Sun
-from ..models.color import LUMINANCE
 from ..models.vector import Vector as Triple
 from .driver import PROGRAM_LOCK, bound, missing_image, uniform_buffer
 from .expressions import Code
@@ -75,14 +72,6 @@ class Tile(NamedTuple):
     size: int
 
 
-class Sample(NamedTuple):
-    """A direction of the world's light, its radiance [W/(m^2 sr)], and the density of such directions [1/sr]."""
-
-    direction: Triple
-    radiance: Triple
-    density: float
-
-
 class WorldMaps:
     """The light of a world, after `refresh`. `suns` are lights; `warnings` say what the driver does not draw."""
 
@@ -94,7 +83,7 @@ class WorldMaps:
         self._values: dict[Code, gpu.types.GPUUniformBuf] = {}
         self._triangle = triangle()
         self._caps: list[Cap] = []  # of the suns that were found
-        self._directions: _Directions | None = None
+        self._radiance: list[Triple] | None = None  # of the smallest map, by texel
 
     def refresh(self, world: World, has_glossy: bool) -> bool:
         """Make all of a `world` again where it, or a pixel of its images, has changed; return whether it has. Raises DriverError.
@@ -109,7 +98,7 @@ class WorldMaps:
         self._made_of, self._textures = made_of, textures
         self._values = {code: uniform_buffer(values_to_bytes(code)) for code in world.codes}
         self.suns = tuple(sun_light(sun, world.has_shadows) for sun in world.suns)
-        self._caps, self._directions = [], None
+        self._caps, self._radiance = [], None
         if not world.is_even:
             with PROGRAM_LOCK:
                 gpu.state.depth_test_set("NONE")
@@ -133,14 +122,14 @@ class WorldMaps:
         shader.uniform_float("pixel", (2.0 / view.width, 2.0 / view.height, 0.0, 0.0))
         self._triangle.draw(shader)
 
-    def directions(self, count: int, sample: int, uniform: float = 0.2) -> list[Sample]:
-        """Return `count` directions, other ones for each `sample` of a picture; of a world that varies, without its suns.
-
-        A part `uniform` of them is spread evenly, the others are as dense as the luminance.
-        """
-        if self._directions is None:
-            self._directions = _Directions(self._small, self._small_tile)
-        return list(self._directions.draw(count, sample, uniform))
+    def radiance(self, direction: Vector) -> Triple:
+        """Return the radiance from around a unit vector [W/(m^2 sr)], of a world that varies, without its suns."""
+        if self._radiance is None:
+            texels, tile = _floats(self._small), self._small_tile
+            rows = range(tile.y, tile.y + tile.size)
+            starts = [4 * (self._small.width * y + x) for y in rows for x in range(tile.x, tile.x + tile.size)]
+            self._radiance = [(texels[start], texels[start + 1], texels[start + 2]) for start in starts]
+        return self._radiance[_texel(direction, self._small_tile.size)]
 
     def _texture(self, world: World, read: Image | Atmosphere) -> gpu.types.GPUTexture:
         """Return a sky's map or an image on the driver, or one pixel where it is missing, as in Blender, or too large."""
@@ -288,39 +277,6 @@ class WorldMaps:
             buffer.viewport_set(0, 0, target.width, target.height)
 
 
-class _Directions:
-    """Draws directions by the luminance of an octahedral tile of the size SMALLEST_TILE."""
-
-    def __init__(self, texture: gpu.types.GPUTexture, tile: Tile) -> None:
-        texels, size = _floats(texture), tile.size
-        starts = [4 * (texture.width * (tile.y + y) + tile.x + x) for y in range(size) for x in range(size)]
-        self._radiance = [(texels[start], texels[start + 1], texels[start + 2]) for start in starts]
-        lights = (math.fsum(a * b for a, b in zip(color, LUMINANCE, strict=True)) for color in self._radiance)
-        self._sums = list(itertools.accumulate(light * solid_angle(k, size) for k, light in enumerate(lights)))
-
-    def draw(self, count: int, sample: int, uniform: float) -> Iterator[Sample]:
-        """Yield directions: see WorldMaps.directions. Their numbers are R. Cranley and T. Patterson's rotations of a lattice."""
-        size, total = SMALLEST_TILE, self._sums[-1]
-        share = uniform if total > 0.0 else 1.0
-        shifts = random.Random(sample)
-        start, across, along = (shifts.random() for _ in range(3))
-        for k in range(count):
-            u, v, w = (k + start) / count, (across + 0.754877666246693 * k) % 1.0, (along + 0.569840290998053 * k) % 1.0
-            if u < share:
-                z, angle = 1.0 - 2.0 * u / share, math.tau * v
-                flat = math.sqrt(max(1.0 - z * z, 0.0))
-                direction = Vector((flat * math.cos(angle), flat * math.sin(angle), z))
-                texel = _texel(direction, size)
-            else:
-                texel = min(bisect.bisect(self._sums, (u - share) / (1.0 - share) * total), size * size - 1)
-                direction = texel_direction(texel, size, v, w)
-            density = share / (4.0 * math.pi)
-            if total > 0.0:
-                light = self._sums[texel] - (self._sums[texel - 1] if texel else 0.0)
-                density += (1.0 - share) * light / total * _density(direction, size)
-            yield Sample(tuple(direction), self._radiance[texel], density)
-
-
 def sun_light(sun: Sun, casts_shadow: bool) -> Light:
     """Return a world's sun as a light."""
     return _light(sun.direction, sun.irradiance, sun.diameter / 2.0, casts_shadow)
@@ -340,16 +296,6 @@ def texel_direction(texel: int, size: int, x: float = 0.5, y: float = 0.5) -> Ve
     if z < 0.0:
         a, b = math.copysign(1.0 - abs(b), a), math.copysign(1.0 - abs(a), b)
     return Vector((a, b, z)).normalized()
-
-
-def solid_angle(texel: int, size: int) -> float:
-    """Return the solid angle of a texel of an octahedral map [sr]."""
-    return 1.0 / _density(texel_direction(texel, size), size)
-
-
-def _density(direction: Vector, size: int) -> float:
-    """Return how many texels of an octahedral map there are around a unit vector [1/sr]."""
-    return size * size / 4.0 / sum(map(abs, direction)) ** 3
 
 
 def _texel(direction: Vector, size: int) -> int:

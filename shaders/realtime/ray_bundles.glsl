@@ -13,8 +13,8 @@ vec4 met_by_ray(int k, vec3 position, vec3 n)
     if (cosine <= 0.0) {
         return vec4(0.0);
     }
-    // off the surface by as much as its plane rises along the rays within a texel, so that it does not meet itself
-    vec3 start = position + n * (towards.w * (0.25 + 0.75 * sqrt(max(0.0, 1.0 - cosine * cosine))));
+    // off the surface by as much as its plane rises along the rays within the texels that are read, so that it does not meet itself
+    vec3 start = position + n * (towards.w * (0.25 + 1.45 * sqrt(max(0.0, 1.0 - cosine * cosine))));
     vec3 point = (bundles.matrix[k] * vec4(start, 1.0)).xyz * 0.5 + 0.5;
     if (any(lessThan(point.xy, vec2(0.0))) || any(greaterThanEqual(point.xy, vec2(1.0)))) {
 #ifdef LAYER
@@ -24,11 +24,17 @@ vec4 met_by_ray(int k, vec3 position, vec3 n)
 #endif
     }
     int size = int(bundles.use.z);
-    ivec2 texel = ivec2(point.xy * bundles.use.z) + ivec2(0, size * (int(bundles.use.y) + k));
-    for (int x = textureSize(bundle_map, 0).x - size; x >= 0; x -= size) {
-        vec4 surface = texelFetch(bundle_map, texel + ivec2(x, 0), 0);
-        if (surface.w > point.z) {
-            return vec4(surface.rgb, 1.0);
+    ivec2 row = ivec2(0, size * (int(bundles.use.y) + k)), texel = ivec2(point.xy * bundles.use.z);
+    // the nearest texel or, where it has no surface, one of the other three around the point: no sky shines through edges of walls
+    ivec2 beside = texel + ivec2(greaterThan(fract(point.xy * bundles.use.z), vec2(0.5))) * 2 - 1;
+    beside = clamp(beside, ivec2(0), ivec2(size - 1));
+    for (int corner = 0; corner < 4; corner++) {
+        ivec2 place = row + ivec2((corner & 1) == 0 ? texel.x : beside.x, (corner & 2) == 0 ? texel.y : beside.y);
+        for (int x = textureSize(bundle_map, 0).x - size; x >= 0; x -= size) {
+            vec4 surface = texelFetch(bundle_map, place + ivec2(x, 0), 0);
+            if (surface.w > point.z) {
+                return vec4(surface.rgb, 1.0);
+            }
         }
     }
     return vec4(0.0);
