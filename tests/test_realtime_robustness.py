@@ -412,9 +412,9 @@ def work(monkeypatch) -> dict[str, int]:
     counts: dict[str, int] = {}
 
     def counted(name: str, real: Callable) -> Callable:
-        def counting(*arguments: object) -> object:
+        def counting(*arguments: object, **named: object) -> object:
             counts[name] = counts.get(name, 0) + 1
-            return real(*arguments)
+            return real(*arguments, **named)
 
         return counting
 
@@ -439,7 +439,7 @@ def crowd(stage: Stage) -> Iterator[tuple[Window, list[bpy.types.Object]]]:
     squares = [first]
     for k in range(1, 12):
         squares.append(stage.link(first.copy()))
-        squares[-1].location.x = 0.25 * k
+        squares[-1].location.x, squares[-1].location.z = 0.25 * k, 0.01 * k  # in one plane none shades another
     for k, item in enumerate(squares):
         item.material_slots[0].link = "OBJECT"
         item.material_slots[0].material = shown[k % 3]

@@ -126,7 +126,7 @@ class Watched:
             reading.append(self._reading)
             with self._window.bind():
                 start = time.process_time()
-                self._viewport.draw(self, self._context, bpy.context.evaluated_depsgraph_get().scene)
+                self._viewport.draw(self, self._context, bpy.context.evaluated_depsgraph_get())
                 self._window.read_color(0, 0, 1, 1, 4, 0, "FLOAT")  # waits until all is drawn
                 drawing.append(time.process_time() - start)
         return median(reading), median(drawing)
