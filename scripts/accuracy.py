@@ -26,6 +26,7 @@ from true_diffuse.scripts.cli.startup import (
     NODE_ENGINES,
     empty_file,
     load_character,
+    register_properties,
     register_realtime,
     run_script,
     start_blender,
@@ -228,6 +229,7 @@ def competitors(options: Namespace) -> Iterator[Section]:
     from true_diffuse.scripts.web.browser import DRIVER, browser
 
     empty_file()
+    register_properties()
     enable_export()
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
@@ -336,6 +338,7 @@ def web(options: Namespace, _engines: list["Engine"]) -> Iterator[Section]:
     from true_diffuse.scripts.web.browser import browser
     from true_diffuse.scripts.web.engines import PAGES, engine
 
+    register_properties()
     study.enable_export()
     title = "RMS error after the way through glTF, light at 0, 60 and 120\u00b0 from the viewer, and three lights, in %"
     with ExitStack() as stack:

@@ -4,6 +4,7 @@
 import tempfile
 import traceback
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -123,10 +124,18 @@ def start_blender(keys: Sequence[str], terminal: Terminal) -> list["Engine"]:
     return chosen
 
 
-def register_realtime() -> None:
-    """Make Realtime known to Blender, which has the other two; an extension that was enabled is not so in an empty file."""
-    from true_diffuse.addon import realtime
+@cache
+def register_properties() -> None:
+    """Give scenes the extension's settings, once: they stay where a file is emptied, as an extension that was enabled does not."""
     from true_diffuse.addon.blender import properties
 
     properties.register()
+
+
+@cache
+def register_realtime() -> None:
+    """Make Realtime known to Blender, which has the other two, once."""
+    from true_diffuse.addon import realtime
+
+    register_properties()
     realtime.register()

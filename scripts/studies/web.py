@@ -19,7 +19,7 @@ from typing import Any
 import bpy
 
 import true_diffuse
-from true_diffuse.addon.blender import properties, report
+from true_diffuse.addon.blender import report
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.material.surface import texture_factor
 from true_diffuse.addon.measure import error
@@ -136,8 +136,7 @@ def textured(folder: Path) -> Subject:
 
 
 def enable_export() -> None:
-    """Have Blender's glTF exporter ask this extension about materials."""
-    properties.register()
+    """Have Blender's glTF exporter ask this extension about materials, whose settings of scenes are registered."""
     bpy.context.preferences.addons.new().module = true_diffuse.__name__
 
 
