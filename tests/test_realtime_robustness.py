@@ -334,7 +334,11 @@ def test_scene_that_goes_away_while_it_is_rendered(stage: Stage, monkeypatch) ->
 
 def test_programs_are_used_by_one_thread_at_a_time(stage: Stage, monkeypatch) -> None:
     """Drivers keep the values of uniforms with the program: a render in another thread would draw a viewport's."""
-    stage.square().data.materials.append(materials.create("Skin", SUBSURFACE))
+    skin = materials.create("Skin", SUBSURFACE)
+    squares = stage.square(), stage.square(0.3)
+    squares[1].location.z = 1.0  # what lies in one plane has no shadows
+    for square in squares:
+        square.data.materials.append(skin)
     free: list[bool] = []
 
     def ask() -> None:
