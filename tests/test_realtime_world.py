@@ -310,8 +310,11 @@ def test_world_that_turns_compiles_nothing(scene: bpy.types.Scene) -> None:
     list(renderer.compile())
     before, lights = driver.compiled.cache_info().misses, list(cache.lights)
     mapping = next(node for node in scene.world.node_tree.nodes if node.type == "MAPPING")
+    handler = bpy.app.handlers.depsgraph_update_post
+    handler.append(lambda _scene, depsgraph: cache.update(depsgraph))
     mapping.inputs["Rotation"].default_value[2] = TURN + 1.0
-    cache.update(bpy.context.evaluated_depsgraph_get())
+    bpy.context.view_layer.update()
+    handler.pop()
     assert renderer.refresh()
     list(renderer.compile())
     assert driver.compiled.cache_info().misses == before
