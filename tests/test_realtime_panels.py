@@ -175,6 +175,12 @@ def test_motion_blur_and_passes_have_their_settings() -> None:
     assert {"use_pass_z", "use_pass_normal", "use_pass_object_index", "use_pass_diffuse_color", "pass_alpha_threshold"} <= shown
 
 
+def test_world_has_the_settings_that_are_drawn() -> None:
+    names = {"sun_threshold", "use_sun_shadow", "probe_resolution"}
+    assert drawn(panels.TRUE_DIFFUSE_PT_world, world=bpy.data.worlds.new("World")).names >= names
+    assert not drawn(panels.TRUE_DIFFUSE_PT_world, world=None).names
+
+
 def test_object_that_is_drawn_can_be_hidden_from_the_camera_and_from_lights() -> None:
     cube = bpy.data.objects.new("Cube", bpy.data.meshes.new("Cube"))
     empty = bpy.data.objects.new("Empty", None)

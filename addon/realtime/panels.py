@@ -11,6 +11,7 @@ from ..blender.object_types import WITH_FACES
 from . import not_drawn
 from .engine import IDENTIFIER
 from .passes import DATA_PASSES
+from .world import RAYS
 
 GENERIC = "BLENDER_RENDER"  # in COMPAT_ENGINES of panels for any engine
 IGNORED = (  # patterns of generic panels whose settings the engine does not follow, or for which it has panels of its own
@@ -220,6 +221,31 @@ class TRUE_DIFFUSE_PT_passes(EnginePanel, bpy.types.Panel):
         column.prop(context.view_layer, "pass_alpha_threshold")
 
 
+class TRUE_DIFFUSE_PT_world(EnginePanel, bpy.types.Panel):
+    """How the realtime engine makes light of a world that varies"""
+
+    bl_label = "Light"
+    bl_context = "world"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.world is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, world = split(self.layout), context.world
+        column = layout.column()
+        column.prop(world, "sun_threshold", text="Suns Above")
+        column.prop(world, "use_sun_shadow", text="Cast Shadow")
+        column.prop(world, "probe_resolution", text="Reflection Resolution")
+        draw_wrapped(
+            layout, context, "Small places brighter than this become suns; a Sky Texture's sun is one at any strength", "INFO"
+        )
+        if hasattr(world, "cycles_visibility"):  # where Cycles is enabled
+            column = layout.column(heading="Visible to")
+            for ray in RAYS:
+                column.prop(world.cycles_visibility, ray)
+
+
 class LightPanel(EnginePanel):
     """Base of panels of a light's data."""
 
@@ -304,6 +330,7 @@ PANELS = (
     TRUE_DIFFUSE_PT_compositor,
     TRUE_DIFFUSE_PT_passes,
     TRUE_DIFFUSE_PT_ray_visibility,
+    TRUE_DIFFUSE_PT_world,
     TRUE_DIFFUSE_PT_light,
     TRUE_DIFFUSE_PT_light_beam,
     TRUE_DIFFUSE_PT_material_settings,

@@ -8,20 +8,25 @@ from functools import cache, partial
 
 import bpy
 
+from mathutils import Vector
+
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.osl import compiles_osl
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import error
 from true_diffuse.addon.measure.record import Record
-from true_diffuse.addon.models import MODELS
+from true_diffuse.addon.models import MODELS, Model, ReflectanceModel
 from true_diffuse.addon.models.registry import IOR
+from true_diffuse.addon.models.vector import Vector as Triple
 from true_diffuse.addon.nodes import ROUGH_DIFFUSE
 from true_diffuse.scenes.sphere import COLOR, SphereUnderSun
 from true_diffuse.scripts.studies.study import Step, Table, pivot
 
 ROUGHNESS = 0.33
 NOISELESS, QUICK_NOISELESS = 1024, 256  # Cycles' samples
-SAMPLES = (1, 16, 64)  # Realtime's
+SAMPLES = (1, 16)  # Realtime's
+DIRECTIONS, EVERY = 512, 5  # of the sum over the sky, and of the pixels it is made for
+GOLDEN_RATIO = 0.618033988749895
 SUN_ELEVATION, SUN_ROTATION = math.radians(35.0), math.radians(140.0)  # of the Sky Texture
 SKY_STRENGTH = 0.1
 IMAGE_WIDTH = 256  # pixels around
@@ -46,9 +51,7 @@ def image() -> bpy.types.World:
     made = bpy.data.images.new("Sky", IMAGE_WIDTH, height, float_buffer=True)
     pixels = array("f")
     for row in range(height):
-        up = math.sin(math.pi * ((row + 0.5) / height - 0.5))
-        color = [a + b * math.exp(-5.0 * up) for a, b in zip(ZENITH, HORIZON, strict=True)] if up > 0.0 else GROUND
-        pixels.extend([*color, 1.0] * IMAGE_WIDTH)
+        pixels.extend([*_row_color(row), 1.0] * IMAGE_WIDTH)
     column, row = SUN_PIXEL
     start = 4 * (row * IMAGE_WIDTH + column)
     pixels[start : start + 3] = array("f", SUN_RADIANCE)
@@ -63,6 +66,51 @@ def image() -> bpy.types.World:
 def even() -> bpy.types.World:
     """Return a gray world."""
     return _world("Even")[0]
+
+
+def image_radiance(direction: Triple) -> Triple:
+    """Return the radiance of `image` without its sun; between rows of pixels it changes linearly."""
+    height = IMAGE_WIDTH // 2
+    place = height * (0.5 + math.asin(max(-1.0, min(direction[2], 1.0))) / math.pi) - 0.5
+    low = max(0, min(math.floor(place), height - 2))
+    share = max(0.0, min(place - low, 1.0))
+    red, green, blue = (a + (b - a) * share for a, b in zip(_row_color(low), _row_color(low + 1), strict=True))
+    return red, green, blue
+
+
+@cache
+def _row_color(row: int) -> Triple:
+    """Return the color of a row of `image`, from below."""
+    up = math.sin(math.pi * ((row + 0.5) / (IMAGE_WIDTH // 2) - 0.5))
+    red, green, blue = (a + b * math.exp(-5.0 * up) for a, b in zip(ZENITH, HORIZON, strict=True)) if up > 0.0 else GROUND
+    return red, green, blue
+
+
+def image_sun() -> tuple[Triple, Triple]:
+    """Return the unit vector towards the sun of `image`, and its irradiance on a plane that faces it [W/m^2]."""
+    column, row = SUN_PIXEL
+    up, around = math.pi * ((row + 0.5) / (IMAGE_WIDTH // 2) - 0.5), math.tau * (0.5 - (column + 0.5) / IMAGE_WIDTH)
+    size = (math.tau / IMAGE_WIDTH) ** 2 * math.cos(up)  # sr
+    red, green, blue = (size * (sun - sky) for sun, sky in zip(SUN_RADIANCE, _row_color(row), strict=True))
+    return (math.cos(up) * math.cos(around), math.cos(up) * math.sin(around), math.sin(up)), (red, green, blue)
+
+
+def from_formula(formula: Model, normal: Triple, view: Triple) -> Triple:
+    """Return what a `formula` makes of `image` in COLOR, summed over DIRECTIONS as dense as the cosine; unit vectors."""
+    toward, irradiance = image_sun()
+    across = Vector(normal).orthogonal().normalized()
+    beside = Vector(normal).cross(across)
+    sums = [e * formula.radiance(normal, toward, view, color) for e, color in zip(irradiance, COLOR, strict=False)]
+    for k in range(DIRECTIONS):
+        height, angle = (k + 0.5) / DIRECTIONS, math.tau * k * GOLDEN_RATIO
+        flat, up = math.sqrt(height), math.sqrt(1.0 - height)
+        light = tuple(flat * math.cos(angle) * across + flat * math.sin(angle) * beside + up * Vector(normal))
+        radiance = image_radiance(light)
+        for channel in range(3):
+            part = formula.radiance(normal, light, view, COLOR[channel]) / up
+            sums[channel] += math.pi / DIRECTIONS * part * radiance[channel]
+    red, green, blue = sums
+    return red, green, blue
 
 
 def _world(name: str) -> tuple[bpy.types.World, bpy.types.Node]:
@@ -90,26 +138,43 @@ def steps(sphere: SphereUnderSun, quick: bool) -> list[Step]:
     pixels = [pixel for pixel, good in enumerate(sphere.surface().measurable) if good]
 
     def measure(name: str, model: str) -> Iterator[Record]:
-        shape = {"Roughness": ROUGHNESS} if MODELS[model].parameter not in (None, IOR) else {}
+        parameter = MODELS[model].parameter
+        shape = {parameter.socket: parameter.usual if parameter is IOR else ROUGHNESS} if parameter else {}
         material = materials.create(model, ROUGH_DIFFUSE, Color=COLOR, Model=MODELS[model].label, **shape)
         _, expected = sphere.radiance(material, [], made(name), engines.CYCLES, QUICK_NOISELESS if quick else NOISELESS)
         for samples in SAMPLES:
             _, got = sphere.radiance(material, [], made(name), engines.REALTIME, samples)
             rms = error.difference(got, expected, pixels)
             yield {"world": name, "model": model, "samples": samples, "rms_difference": rms}
+        if name == "image":
+            yield {"world": name, "model": model, "samples": samples, "rms_error": error_of(got, MODELS[model], shape)}
 
-    worlds = list(WORLDS)[:1] if quick else WORLDS
+    def error_of(got: array[float], model: ReflectanceModel, shape: Mapping[str, float]) -> float:
+        """Return the RMS error of some pixels of a picture, from the formula itself."""
+        surface, eye = sphere.surface(), sphere.scene.camera.matrix_world.translation
+        some = pixels[::EVERY]
+        expected = array("f", bytes(4 * len(got)))
+        for pixel in some:
+            channels = slice(3 * pixel, 3 * pixel + 3)
+            normal, view = Vector(surface.normal[channels]).normalized(), (eye - Vector(surface.position[channels])).normalized()
+            expected[channels] = array("f", from_formula(model.reference(shape), tuple(normal), tuple(view)))
+        return error.difference(got, expected, some)
+
+    worlds = ["image"] if quick else WORLDS
     return [Step(f"{name}  {model}", partial(measure, name, model)) for name in worlds for model in MODELS]
 
 
 def table(records: Sequence[Record]) -> Table:
-    """Return the differences, a row for each model and world and a column for each number of samples."""
+    """Return the differences, a row for each model and world, a column for each number of samples, and one of formulas."""
 
     def cell(found: list[Record]) -> str:
         (one,) = found
-        return f"{100.0 * one['rms_difference']:.2f} %"
+        return f"{100.0 * one.get('rms_difference', one.get('rms_error')):.2f} %"
 
     def row(one: Record) -> tuple[str, ...]:
         return MODELS[one["model"]].label, one["world"]
 
-    return pivot(records, ("Model", "World"), row, lambda one: f"{one['samples']} samples", cell)
+    def column(one: Record) -> str:
+        return f"{one['samples']} samples" if "rms_difference" in one else "from the formula"
+
+    return pivot(records, ("Model", "World"), row, column, cell)
