@@ -136,7 +136,10 @@ Entering entering_light(vec3 point, vec3 n, float number, vec3 d, SlabProfile pr
             float s = max(length(between), 1e-9);
             float cosine = clamp(-dot(between, n) / s, 0.0, 1.0), lit_cosine = clamp(dot(between, lit.normal) / s, 0.0, 1.0);
             vec3 through = weight * slab_density(profile, s, cosine, lit_cosine);
-            vec3 around = is_seen(lit.position, number) ? vec3(0.0) : burley_profile(s, d) * (weight * (0.5 + 0.5 * dot(n, lit.normal)));
+            // The screen's weights of what faces as the point does add up to 1, through the medium or not
+            bool seen = is_seen(lit.position, number);
+            through *= seen ? 0.5 - 0.5 * dot(n, lit.normal) : 1.0;
+            vec3 around = seen ? vec3(0.0) : burley_profile(s, d) * (weight * (0.5 + 0.5 * dot(n, lit.normal)));
             vec3 to_light;
             vec3 irradiance = light_irradiance(light, lit.position, to_light) * lit.spread; // across the light's way
             float area = 1.0 / max(dot(lit.normal, to_light), LEAST_COSINE); // of the surface, over that across
