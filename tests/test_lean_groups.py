@@ -15,6 +15,9 @@ pytestmark = pytest.mark.usefixtures("empty_file")
 LAMBERT = ["BsdfDiffuse"]
 PAIR = ["BsdfDiffuse", "BsdfTranslucent", "SubsurfaceScattering"]
 COAT = ["BsdfAnisotropic"]
+# What scatters, and what Shader to RGB is asked of light from behind
+MEDIUM = ["BsdfDiffuse"] * 2 + ["BsdfTranslucent"] + ["SubsurfaceScattering"] * 3
+MIXED = sorted([*COAT, *LAMBERT, *MEDIUM])
 
 
 def shown(group: Group, **inputs: materials.Setting) -> tuple[SphereUnderSun, bpy.types.Node]:
@@ -49,9 +52,9 @@ def closures(scene: bpy.types.Scene) -> list[str]:
         (engines.CYCLES, ROUGH_DIFFUSE, {"Model": "Lambert"}, LAMBERT, LAMBERT),
         (engines.CYCLES, ROUGH_DIFFUSE, {"Model": "Cycles Diffuse", "Roughness": 0.5}, LAMBERT, LAMBERT),
         (engines.CYCLES, ROUGH_DIFFUSE, {"Model": "EON", "Roughness": 0.0}, LAMBERT * 3, LAMBERT),
-        (engines.EEVEE, SUBSURFACE, {"Specular": 0.0, "Subsurface": 1.0}, [*COAT, *LAMBERT, "SubsurfaceScattering"], PAIR[2:]),
-        (engines.EEVEE, SUBSURFACE, {"Subsurface": 0.0}, [*COAT, *LAMBERT, "SubsurfaceScattering"], [*COAT, *LAMBERT]),
-        (engines.EEVEE, SUBSURFACE, {"Subsurface": 0.0, "Specular": 0.0}, [*COAT, *LAMBERT, "SubsurfaceScattering"], LAMBERT),
+        (engines.EEVEE, SUBSURFACE, {"Specular": 0.0, "Subsurface": 1.0}, MIXED, MEDIUM),
+        (engines.EEVEE, SUBSURFACE, {"Subsurface": 0.0}, MIXED, [*COAT, *LAMBERT]),
+        (engines.EEVEE, SUBSURFACE, {"Subsurface": 0.0, "Specular": 0.0}, MIXED, LAMBERT),
         (engines.EEVEE, SPECULAR_GROUP, {"Specular": 0.0}, [*COAT, *LAMBERT], LAMBERT),
         (
             engines.CYCLES,

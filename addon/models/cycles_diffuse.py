@@ -8,7 +8,7 @@ scattering carries rho^3 where EON has rho^2 (Blender 5.2.3, kernel/closure/bsdf
 from dataclasses import dataclass
 from functools import cached_property
 
-from .eon import Eon, EonTerms
+from .eon import UNEVENNESS, Eon, EonTerms
 from .fujii import SHAPE
 from .geometry import Geometry
 from .registry import OWN_ROUGHNESS, ROUGHNESS, CyclesClosures, MaterialX, Osl, ReflectanceModel
@@ -46,7 +46,7 @@ MODEL = ReflectanceModel(
     formula=CyclesDiffuse,
     terms=CyclesDiffuseTerms,
     parameter=ROUGHNESS,
-    functions=(SHAPE,),
+    functions=(SHAPE, UNEVENNESS),
     osl=Osl.EXACT,
     cycles=CyclesClosures.DIFFUSE,
     materialx=MaterialX("eon"),

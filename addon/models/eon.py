@@ -14,7 +14,8 @@ from functools import cached_property
 from .fujii import K1, K2, SHAPE, Fujii, FujiiTerms, energy_deficit
 from .geometry import Geometry
 from .registry import OWN_ROUGHNESS, ROUGHNESS, CyclesClosures, MaterialX, Osl, ReflectanceModel
-from .terms import FLOATS, Expansion, Light, Number
+from .terms import FLOATS, Expansion, Light, LightFunction, Number
+from .vector import Vector
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,16 @@ def diluted(roughness: Number, share: float) -> Number:
     return roughness if share == 1.0 else roughness * share / (1.0 + roughness * (K1 * (1.0 - share)))
 
 
+def unevenness(l: Vector, _mu: float) -> float:
+    """Return z ((1 - E(z)) / (1 - <E>) - 1): how what is reflected more than once varies with the light, 0 in the mean."""
+    return l[2] * (energy_deficit(FLOATS, l[2], math.sqrt(max(0.0, 1.0 - l[2] * l[2]))) / (K1 - K2) - 1.0)
+
+
+UNEVENNESS = LightFunction("unevenness", unevenness, is_signed=True)
+
+
 class EonTerms(FujiiTerms):
-    """Fujii's terms, and what is reflected more than once: alike for all lights, but under one light."""
+    """Fujii's terms, and what is reflected more than once."""
 
     @cached_property
     def multiple_scattering(self) -> Number:
@@ -66,7 +75,8 @@ class EonTerms(FujiiTerms):
 
     def expansion(self) -> Expansion:
         facing, functions = super().expansion()
-        return Expansion(self.multiple_scattering * self.energy_deficit + facing, functions)
+        multiple = self.multiple_scattering * self.energy_deficit
+        return Expansion(multiple + facing, {**functions, UNEVENNESS.name: multiple})
 
     def single_light(self, light: Light) -> Number:
         # (1 - E_i)(1 - E_o) / (1 - <E>); 1 - <E> is A r (K1 - K2)
@@ -85,7 +95,7 @@ MODEL = ReflectanceModel(
     formula=Eon,
     terms=EonTerms,
     parameter=ROUGHNESS,
-    functions=(SHAPE,),
+    functions=(SHAPE, UNEVENNESS),
     osl=Osl.EXACT,
     cycles=CyclesClosures.DIFFUSE_PER_CHANNEL,
     materialx=MaterialX("eon"),

@@ -233,7 +233,7 @@ def _group(
         f"{prefix}_{model.id}",
         f".True Diffuse {label}",
         label,
-        4,
+        5,
         model.description,
         (COLOR, *parameters(model), N, *more),
         lambda graph: build(graph, model),

@@ -102,10 +102,11 @@ class Family(NamedTuple):
 
 
 def families() -> dict[str, Family]:
-    """Return the families by the names of their first functions, each with the first model that is made of it."""
+    """Return the families by the names of their first functions, each with the first model that is made of all of them."""
     found: dict[str, Family] = {}
     for model in MODELS.values():
-        if model.functions and model.functions[0].name not in found:
+        known = found.get(model.functions[0].name) if model.functions else None
+        if model.functions and (known is None or len(known.model.functions) < len(model.functions)):
             found[model.functions[0].name] = Family(model, model.formula(*([1.0] if model.parameter else [])))
     return found
 
