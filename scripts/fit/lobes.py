@@ -39,6 +39,7 @@ ASIDE: Vector = (0.6, 0.0, 0.8)  # a light
 # Of the search, for functions that are new: Fujii's half, and others
 START = {PAIR: ((0.0, 1.0), (0.0, 1.0)), SIGNED: ((0.93, 0.55), (0.93, 0.5, 1.1, 0.6))}
 WORLD = 1000.0  # how much a uniform world counts against lamps where it is fitted beside them
+GRAZING_VIEW = 87  # degrees, one more of a uniform world, which shows most there
 MAPPED_VIEWS, TILTS, TILT_AZIMUTHS = (15, 35, 55, 75), (5, 15, 30, 45), (0, 45, 90, 135, 180)  # degrees
 MAPPED_ORDER, LOWEST = 8, 0.1
 RIDGE = 1e-9  # keeps weights small that the light hardly tells apart
@@ -162,7 +163,7 @@ def fit(lobe_set: str, family: Family, lobes: tuple[Lobe, ...], order: int, view
             numbers[k][power] = value
         weights[name] = tuple(Weight(*row) for row in numbers)
         if lobe_set == SIGNED:
-            weights[name] = with_world(functions[name], lobes, weights[name], directions, views)
+            weights[name] = with_world(functions[name], lobes, weights[name], directions, (*views, GRAZING_VIEW))
     return Fit(lobes, weights)
 
 
