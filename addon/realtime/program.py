@@ -16,6 +16,7 @@ from .models import GlslModel
 
 MAX_LIGHTS = 64
 MAX_BUNDLES = 4  # directions of a sample's ray bundles
+TRANSPARENT_DEPTH = 2.0  # added to the depth of what some samples see through, in their maps
 LIGHT_TYPES = ("SUN", "POINT", "SPOT", "AREA")  # Blender's; a light's number in the shader is its index here
 MAX_WORLD_SUNS = 4
 MAX_TILES = 16  # of a map of the world
@@ -162,6 +163,7 @@ def surface_program(variant: Variant) -> Program:
         (lighting.world_map and base.stem != "lambert", "SHAPED"),
         (lighting.bounce, "BOUNCE"),
         (variant.is_layer, "LAYER"),
+        (lighting.bounce or variant.is_layer, f"TRANSPARENT_DEPTH {TRANSPARENT_DEPTH}"),
         (has_table, "SPECULAR_TABLE"),
         (variant.subsurface_in_scene, "SUBSURFACE_IN_SCENE"),
     ):

@@ -152,7 +152,7 @@ class RayBundles:
         """Draw the map of `bundle`, whose surfaces see the sky by the maps of `before`."""
         scene, size = self._scene, self._size
         view = View(bundle.matrix, -bundle.towards, False, size, size)
-        view_block = uniform_buffer(view.to_bytes(scene.cache.world, sample))
+        view_block = uniform_buffer(view.to_bytes(scene.cache.world, MAX_BUNDLES * sample + bundle.row))
         before_block = uniform_buffer(_to_bytes(before, size, 1.0))
         gpu.state.blend_set("NONE")
         gpu.state.face_culling_set("NONE")

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What parallel rays meet: addon/realtime/ray_bundles.py. A map is a row of squares, one for each layer of surfaces, from the farthest, at the
-// left, to the nearest: rgb: their radiance against the rays [W/(m^2 sr)], a: depth, -1 where there is none.
+// left, to the nearest: rgb: their radiance against the rays [W/(m^2 sr)], a: depth, more by TRANSPARENT_DEPTH
+// of what some samples see through, -1 where there is none.
 // Of `bundles`, matrix[k] takes a point to the clip space of map k; towards[k]: the unit vector along its rays, w: the width of a
 // texel [m]; sky[k]: the radiance of the sky there, w: the irradiance of a plane that faces a ray of radiance 1 [W/m^2]; use.x: the
 // number of maps, use.y: the first one's row in the texture, use.z: the texels of a square's side.
@@ -32,7 +33,11 @@ vec4 met_by_ray(int k, vec3 position, vec3 n)
         ivec2 place = row + ivec2((corner & 1) == 0 ? texel.x : beside.x, (corner & 2) == 0 ? texel.y : beside.y);
         for (int x = textureSize(bundle_map, 0).x - size; x >= 0; x -= size) {
             vec4 surface = texelFetch(bundle_map, place + ivec2(x, 0), 0);
-            if (surface.w > point.z) {
+            bool is_transparent = surface.w >= TRANSPARENT_DEPTH; // a texel beside it that sees through is no gap
+            if (is_transparent && corner > 0) {
+                continue;
+            }
+            if (surface.w - (is_transparent ? TRANSPARENT_DEPTH : 0.0) > point.z) {
                 return vec4(surface.rgb, 1.0);
             }
         }

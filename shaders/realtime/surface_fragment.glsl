@@ -409,7 +409,11 @@ void main()
 #endif
 #endif
 #ifdef LAYER
+#if defined(OPACITY) || defined(TRANSMISSION)
+    out_radiance = vec4(radiance + weight * diffuse, gl_FragCoord.z + TRANSPARENT_DEPTH);
+#else
     out_radiance = vec4(radiance + weight * diffuse, gl_FragCoord.z);
+#endif
 #else
     out_radiance = vec4(radiance + weight * diffuse + shown * glossy, 1.0);
 #endif
