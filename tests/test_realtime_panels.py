@@ -184,7 +184,8 @@ def test_world_has_the_settings_that_are_drawn() -> None:
 def test_object_that_is_drawn_can_be_hidden_from_the_camera_and_from_lights() -> None:
     cube = bpy.data.objects.new("Cube", bpy.data.meshes.new("Cube"))
     empty = bpy.data.objects.new("Empty", None)
-    assert drawn(panels.TRUE_DIFFUSE_PT_ray_visibility, object=cube).names == {"visible_camera", "visible_shadow"}
+    seen = {"visible_camera", "visible_diffuse", "visible_shadow"}
+    assert drawn(panels.TRUE_DIFFUSE_PT_ray_visibility, object=cube).names == seen
     assert not drawn(panels.TRUE_DIFFUSE_PT_ray_visibility, object=empty).names
 
 
