@@ -724,7 +724,7 @@ def test_power_that_is_not_finite(stage: Stage, capfd, number: float) -> None:
     stage.scene.world = bpy.data.worlds.new("World")
     stage.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = number
     assert stage.render().at(0.0) == gray(LIT)
-    assert {line.partition(", as")[0] for line in warnings(capfd)} == {"Light.001: left out", "the world is black"}
+    assert {line.partition(", as")[0] for line in warnings(capfd)} == {"Light.001: left out", "World: the world is black"}
 
 
 def test_empty_meshes(stage: Stage) -> None:

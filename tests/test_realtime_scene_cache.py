@@ -670,9 +670,10 @@ def test_view_that_turns_asks_no_part_where_it_is(stage: Stage, monkeypatch) -> 
     stage.assert_as_new()
     monkeypatch.setattr(driver_scene, "SceneBounds", None)
     turned = View(Matrix.Diagonal((3.0, 3.0, 1.0, 1.0)) @ ABOVE.projection, ABOVE.eye, False, WIDTH, HEIGHT)
-    seen = stage.renderer._shadow_maps._bounds.points
+    (seen,) = stage.renderer._shadow_maps._regions
     stage.renderer.begin(turned)
-    assert stage.renderer._shadow_maps._bounds.points != seen
+    (turned_to,) = stage.renderer._shadow_maps._regions
+    assert turned_to.points != seen.points
     monkeypatch.undo()
 
 

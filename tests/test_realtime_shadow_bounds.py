@@ -74,7 +74,7 @@ def test_tiles_hold_every_shaded_point_that_is_seen_and_what_shades_it(kind: str
     for _ in range(12):
         here = Vector((numbers.uniform(-4, 4), numbers.uniform(-4, 4), numbers.uniform(0.5, 5.0)))
         lamp = light(kind, here * (1.0 if kind != "SUN" else 1.0 / here.length))
-        tiles = shadow_tiles([lamp], [ShadowBounds(made.casters, made.visible(view))])
+        tiles = shadow_tiles([lamp], [ShadowBounds(made.casters, made.visible(view))], MAP_SIZE)
         for _ in range(300):
             # two points on one ray to the light, each in a box or on the floor
             x, y, z = numbers.uniform(-0.5, 0.5), numbers.uniform(-0.5, 0.5), numbers.uniform(-below, 2.0)
@@ -108,11 +108,11 @@ def test_floor_takes_no_texels_from_what_stands_on_it() -> None:
     box = Hull(meshes.box((-0.5, -0.5, 0.0), (0.5, 0.5, 1.0)))
     made = bounds([(Hull(FLOOR), Matrix()), (box, Matrix())])
     sun = light("SUN", Vector((0.0, -1.0, 1.0)).normalized())
-    (tile,) = shadow_tiles([sun], [ShadowBounds(made.casters, made.visible(looking_down(100.0)))])
+    (tile,) = shadow_tiles([sun], [ShadowBounds(made.casters, made.visible(looking_down(100.0)))], MAP_SIZE)
     across = math.sqrt(2.0)  # of the box, seen along the sun's rays: 1 m wide, and (1 + 1) / sqrt(2) m high
     assert across <= tile.texel * MAP_SIZE <= across * 1.2
     alone = bounds([(Hull(FLOOR), Matrix())])
-    assert not shadow_tiles([sun], [ShadowBounds(alone.casters, alone.visible(looking_down(100.0)))])
+    assert not shadow_tiles([sun], [ShadowBounds(alone.casters, alone.visible(looking_down(100.0)))], MAP_SIZE)
 
 
 def test_wall_before_the_sun_shades_what_is_near_it() -> None:
@@ -121,7 +121,7 @@ def test_wall_before_the_sun_shades_what_is_near_it() -> None:
     box = Hull(meshes.box((-0.5, -1.5, 0.0), (0.5, -0.5, 1.0)))
     made = bounds([(Hull(FLOOR), turn), (box, Matrix())])
     sun = light("SUN", Vector((0.0, 1.0, 1.0)).normalized())
-    (tile,) = shadow_tiles([sun], [ShadowBounds(made.casters, made.visible(looking_down(100.0)))])
+    (tile,) = shadow_tiles([sun], [ShadowBounds(made.casters, made.visible(looking_down(100.0)))], MAP_SIZE)
     for x, y, z in ((0.5, -0.5, 0.0), (-0.5, -1.5, 1.0)):
         point = Vector((x, y, z))
         on_wall = point + Vector(sun.axis) * (-point.y / sun.axis[1])

@@ -11,7 +11,6 @@ from ..blender.object_types import WITH_FACES
 from . import not_drawn
 from .engine import IDENTIFIER
 from .passes import DATA_PASSES
-from .world import RAYS
 
 GENERIC = "BLENDER_RENDER"  # in COMPAT_ENGINES of panels for any engine
 IGNORED = (  # patterns of generic panels whose settings the engine does not follow, or for which it has panels of its own
@@ -232,6 +231,8 @@ class TRUE_DIFFUSE_PT_world(EnginePanel, bpy.types.Panel):
         return super().poll(context) and context.world is not None
 
     def draw(self, context: bpy.types.Context) -> None:
+        from .world import RAYS  # not before it is used: enabling must stay quick
+
         layout, world = split(self.layout), context.world
         column = layout.column()
         column.prop(world, "sun_threshold", text="Suns Above")

@@ -10,6 +10,7 @@ import bpy
 import gpu
 
 from ..blender.glsl import triangle
+from . import shadows
 from .data_passes import DataPasses
 from .driver import PROGRAM_LOCK, TRANSPARENT, DriverError, Rgba, bound, compiled, specular_table, uniform_buffer
 from .driver_scene import DriverScene
@@ -29,7 +30,6 @@ from .program import (
 from .ray_bundles import RayBundles
 from .scene_cache import SceneCache
 from .shadow_maps import ShadowMaps
-from .shadows import MAP_SIZE
 from .view import View, matrix_to_bytes
 
 GATHER_STEPS = (0.8191725133961645, 0.6710436067037893)  # a sequence that fills a square evenly, other than view.sample_offset's
@@ -63,7 +63,7 @@ class Renderer:
     def __init__(self, cache: SceneCache) -> None:
         self.cache = cache
         self._scene = DriverScene(cache)
-        self._shadow_maps = ShadowMaps(self._scene, MAP_SIZE)
+        self._shadow_maps = ShadowMaps(self._scene, shadows.MAP_SIZE)
         self._bundles = RayBundles(self._scene)
         self._triangle = triangle()
         self._allocated: RenderTargets | None = None

@@ -62,7 +62,7 @@ class Frustum:
     center: tuple[float, float] = (0.0, 0.0)
 
 
-def shadow_tiles(lights: Sequence[Light], regions: Sequence[ShadowBounds], map_size: int = MAP_SIZE) -> list[Tile]:
+def shadow_tiles(lights: Sequence[Light], regions: Sequence[ShadowBounds], map_size: int) -> list[Tile]:
     """Return the tiles of the lights that cast shadows, in their order, of one size, the largest at which all have room.
 
     They hold what is within `regions`, the first of them in a light's first tiles, in as many texels as a square of `map_size` has.
