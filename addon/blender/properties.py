@@ -3,7 +3,7 @@
 
 import bpy
 
-SAMPLES = {"default": 16, "min": 1, "soft_max": 256}
+SAMPLES = {"min": 1, "soft_max": 256}
 
 
 class TrueDiffuseScene(bpy.types.PropertyGroup):
@@ -23,11 +23,13 @@ class TrueDiffuseScene(bpy.types.PropertyGroup):
     samples: bpy.props.IntProperty(  # ty: ignore[invalid-type-form]
         name="Render Samples",
         description="Samples per pixel of True Diffuse Realtime in final renders",
+        default=64,  # so that soft shadows and bounced light are smooth
         **SAMPLES,
     )
     viewport_samples: bpy.props.IntProperty(  # ty: ignore[invalid-type-form]
         name="Viewport Samples",
         description="Samples per pixel of True Diffuse Realtime in the viewport, one per redraw",
+        default=32,
         **SAMPLES,
     )
     bounces_light: bpy.props.BoolProperty(  # ty: ignore[invalid-type-form]
