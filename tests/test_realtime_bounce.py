@@ -34,6 +34,7 @@ def scene() -> bpy.types.Scene:
     scene = bpy.context.scene
     scene.render.resolution_x = scene.render.resolution_y = SIZE
     scene.render.film_transparent, scene.render.filter_size = True, 0.0
+    scene.true_diffuse.bounces_light = True
     data = bpy.data.cameras.new("Camera")
     data.type, data.ortho_scale, data.clip_start = "ORTHO", 0.02, 1e-3
     scene.camera = add(scene, "Camera", data, Matrix.Translation((0.0, 0.0, 0.01)))

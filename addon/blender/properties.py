@@ -35,8 +35,8 @@ class TrueDiffuseScene(bpy.types.PropertyGroup):
     bounces_light: bpy.props.BoolProperty(  # ty: ignore[invalid-type-form]
         name="Bounce Light",
         description="Light that other surfaces reflect once, and shade where they hide the sky, in True Diffuse Realtime. "
-        "It takes more time for each sample, and more samples until it is smooth",
-        default=True,
+        "It takes several times as long for each sample, and 64 samples and more until it is smooth",
+        default=False,
     )
     bake: bpy.props.BoolProperty(  # ty: ignore[invalid-type-form]
         name="Bake What Cannot Be Carried",
