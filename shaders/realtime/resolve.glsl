@@ -3,6 +3,5 @@
 
 void main()
 {
-    // ray bundles may have taken more light of the sky away so far than there is
-    result = max(texelFetch(sum_map, ivec2(gl_FragCoord.xy - corner), 0) * weight, 0.0);
+    result = texelFetch(sum_map, ivec2(gl_FragCoord.xy - corner), 0) * weight;
 }
