@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Realtime's depth of field, motion blur and hair against Cycles, by the number of samples."""
 
-import math
 import time
 from array import array
 from collections.abc import Iterator, Sequence
@@ -10,10 +9,10 @@ from functools import cache, partial
 import bpy
 
 from true_diffuse.addon.blender import engines
-from true_diffuse.addon.measure import error, render
+from true_diffuse.addon.measure import render
 from true_diffuse.addon.measure.record import Record
 from true_diffuse.scripts.studies.hair import ball_of_hair
-from true_diffuse.scripts.studies.soft_shadows import FILTER, LIGHTS, WORST, Characters, square_of
+from true_diffuse.scripts.studies.soft_shadows import FILTER, LIGHTS, Characters, differences
 from true_diffuse.scripts.studies.study import Step, Table, pivot
 
 # The middle character is in focus, the first and the last, 0.6 m behind and before it, are blurred by circles of 12 pixels.
@@ -52,15 +51,7 @@ def steps(mesh: bpy.types.Mesh, quick: bool) -> list[Step]:
         start = time.perf_counter()
         got = picture(case, engines.REALTIME, samples)
         seconds = time.perf_counter() - start
-        pixels = range(len(got) // 3)
-        best = sorted(pixels, key=partial(square_of, got, expected))[: math.ceil((1.0 - WORST) * len(pixels))]
-        yield {
-            "case": case,
-            "samples": samples,
-            "rms_difference": error.difference(got, expected, pixels),
-            "rms_difference_of_best": error.difference(got, expected, best),
-            "seconds": seconds,
-        }
+        yield {"case": case, "samples": samples, **differences(got, expected), "seconds": seconds}
 
     return [
         Step(f"{case}  {count} samples", partial(measure, case, count), count + 60.0)

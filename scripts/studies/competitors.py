@@ -16,7 +16,6 @@ from statistics import median
 
 import bpy
 
-import gpu
 from mathutils import Matrix, Vector
 
 from true_diffuse.addon.blender import engines, report
@@ -35,7 +34,7 @@ from true_diffuse.scenes import five_characters
 from true_diffuse.scenes.elements import add, add_sun
 from true_diffuse.scenes.five_characters import BACKDROP_ALBEDO, FILL_RADIANCE, KEY_IRRADIANCE, CharacterLook
 from true_diffuse.scripts.studies.cost import in_turns
-from true_diffuse.scripts.studies.frame_time import ALBEDO, CLOCKS, PLAIN_LAMBERT, VARIANTS, Times
+from true_diffuse.scripts.studies.frame_time import ALBEDO, CLOCKS, PLAIN_LAMBERT, VARIANTS, Stopwatch, Times
 from true_diffuse.scripts.studies.study import Step, Table, pivot
 from true_diffuse.scripts.web.browser import Browser, Page
 from true_diffuse.scripts.web.engines import ROOM
@@ -193,28 +192,21 @@ class Realtime:
         self._renderer.refresh()
         for _ in self._renderer.compile():
             pass
-        self._pixel = gpu.types.GPUTexture((1, 1), format="RGBA32F")
-        self._finished = gpu.types.GPUFrameBuffer(color_slots=self._pixel)
+        self._stopwatch = Stopwatch()
         self._renderer.begin(self._view)
 
     def frame(self) -> Times:
         """Draw a sample and wait until it is done; return how long that took [s]."""
-        self._wait()
-        wall, processor = time.perf_counter(), time.process_time()
-        self._renderer.add(self._view, self._sample, 1.5, TRANSPARENT)
-        self._sample += 1
-        with self._finished.bind():
-            self._renderer.show()
-        self._wait()
-        return {"readback": time.perf_counter() - wall, "processor": time.process_time() - processor}
+
+        def draw() -> None:
+            self._renderer.add(self._view, self._sample, 1.5, TRANSPARENT)
+            self._sample += 1
+
+        return self._stopwatch.time(self._renderer, draw)
 
     def pixels(self) -> Sequence[float]:
         """Return the picture so far: red, green, blue, alpha of each pixel, rows from the bottom."""
         return self._renderer.read()
-
-    def _wait(self) -> None:
-        with self._finished.bind():
-            gpu.state.active_framebuffer_get().read_color(0, 0, 1, 1, 4, 0, "FLOAT")
 
 
 def eevee_frame(crowd: Crowd) -> Times:

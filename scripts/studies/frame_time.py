@@ -6,7 +6,7 @@ What is drawn are the five characters, all of one model, without Blender's part 
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from statistics import linear_regression, median, quantiles
@@ -86,6 +86,29 @@ class Setting:
         return f"{self.lights} sun{'s' * (self.lights > 1)}" if self.lights else AS_BUILT
 
 
+class Stopwatch:
+    """Times what is drawn until a pixel of it is read back. Needs a graphics context."""
+
+    def __init__(self) -> None:
+        self._pixel = gpu.types.GPUTexture((1, 1), format="RGBA32F")  # kept, as a framebuffer does not keep its textures
+        self._finished = gpu.types.GPUFrameBuffer(color_slots=self._pixel)
+
+    def time(self, renderer: Renderer, draw: Callable[[], None]) -> Times:
+        """Return what `draw` takes, and showing the picture of `renderer` then [s]."""
+        self._wait()
+        wall, processor = time.perf_counter(), time.process_time()
+        draw()
+        with self._finished.bind():
+            renderer.show()
+        self._wait()
+        return {"readback": time.perf_counter() - wall, "processor": time.process_time() - processor}
+
+    def _wait(self) -> None:
+        """Wait until everything that was drawn is there."""
+        with self._finished.bind():
+            gpu.state.active_framebuffer_get().read_color(0, 0, 1, 1, 4, 0, "FLOAT")
+
+
 class Characters:
     """The five characters before their backdrop, all of one model.
 
@@ -99,8 +122,7 @@ class Characters:
             gpu.init()
         self.five = five_characters.build(mesh, ALBEDO, True, resolution)
         self._resolution, self._meshes, self._detail = resolution, {1.0: mesh}, 0.0
-        self._pixel = gpu.types.GPUTexture((1, 1), format="RGBA32F")
-        self._finished = gpu.types.GPUFrameBuffer(color_slots=self._pixel)
+        self._stopwatch = Stopwatch()
 
     def prepare(self, setting: Setting) -> Record:
         """Have `setting` ready to draw; return its width, height and triangles."""
@@ -126,23 +148,16 @@ class Characters:
         for _ in renderer.compile():
             pass
         renderer.begin(self._view)  # draws the shadow maps, which stay while nothing moves
-        self._wait()
-        wall, processor = time.perf_counter(), time.process_time()
-        renderer.begin(self._view)
-        renderer.add(self._view, 0, 0.0, TRANSPARENT)
-        with self._finished.bind():
-            renderer.show()
-        self._wait()
-        return {"readback": time.perf_counter() - wall, "processor": time.process_time() - processor}
+
+        def draw() -> None:
+            renderer.begin(self._view)
+            renderer.add(self._view, 0, 0.0, TRANSPARENT)
+
+        return self._stopwatch.time(renderer, draw)
 
     def pixels(self) -> Sequence[float]:
         """Return the last frame: red, green, blue, alpha of each pixel, rows from the bottom."""
         return self._renderer.read()
-
-    def _wait(self) -> None:
-        """Wait until everything that was drawn is there."""
-        with self._finished.bind():
-            gpu.state.active_framebuffer_get().read_color(0, 0, 1, 1, 4, 0, "FLOAT")
 
     def _read(self, detail: float, share: float) -> None:
         """Read the scene at `detail` times its triangles, and look at it with `share` times its pixels."""

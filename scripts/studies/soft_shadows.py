@@ -60,23 +60,25 @@ def steps(mesh: bpy.types.Mesh, quick: bool) -> list[Step]:
     def measure(name: str, samples: int) -> Iterator[Record]:
         expected = characters.cycles(LIGHTS[name])
         got = characters.radiance(LIGHTS[name], engines.REALTIME, samples)
-        pixels = range(len(got) // 3)
-        best = sorted(pixels, key=partial(square_of, got, expected))[: math.ceil((1.0 - WORST) * len(pixels))]
-        yield {
-            "lights": name,
-            "samples": samples,
-            "rms_difference": error.difference(got, expected, pixels),
-            "rms_difference_of_best": error.difference(got, expected, best),
-            "mean_difference": sum(got) / sum(expected) - 1.0,
-        }
+        mean = sum(got) / sum(expected) - 1.0
+        yield {"lights": name, "samples": samples, **differences(got, expected), "mean_difference": mean}
 
     names = ("key and fill",) if quick else LIGHTS
     return [Step(f"{name}  {count} samples", partial(measure, name, count), count + 20.0) for name in names for count in SAMPLES]
 
 
-def square_of(got: array[float], expected: array[float], pixel: int) -> float:
-    """Return the squared difference of two pictures at a pixel."""
-    return sum((got[i] - expected[i]) ** 2 for i in range(3 * pixel, 3 * pixel + 3))
+def differences(got: array[float], expected: array[float]) -> Record:
+    """Return the RMS difference of two pictures, of all pixels and without the WORST."""
+    pixels = range(len(got) // 3)
+
+    def square(pixel: int) -> float:
+        return sum((got[i] - expected[i]) ** 2 for i in range(3 * pixel, 3 * pixel + 3))
+
+    best = sorted(pixels, key=square)[: math.ceil((1.0 - WORST) * len(pixels))]
+    return {
+        "rms_difference": error.difference(got, expected, pixels),
+        "rms_difference_of_best": error.difference(got, expected, best),
+    }
 
 
 def table(records: Sequence[Record]) -> Table:
