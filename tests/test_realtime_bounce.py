@@ -108,6 +108,26 @@ def test_wall_hides_half_of_the_sky_from_its_foot(scene: bpy.types.Scene) -> Non
     assert mean(drawn(scene)) == pytest.approx(ALBEDO * SKY, rel=1e-5)
 
 
+def test_block_shades_a_ground_up_to_the_horizon(scene: bpy.types.Scene) -> None:
+    """From a point of a plane, a distance d before the middle of a wall of height h and width 2b, the wall's form factor is
+    (atan(b / d) - d / c atan(b / c)) / pi with c^2 = d^2 + h^2 (J. Howell's catalog, B-4, twice): .35 at a quarter of its width.
+
+    The ground is 500 times as wide: one map of it would have texels of 10 m. Those around the block are some 0.05 m wide, by which
+    the form factor changes by 0.02.
+    """
+    half, height, distance = 1.0, 2.0, 0.5
+    polygon(scene, square(500.0), diffuse(ALBEDO))
+    polygon(scene, [(-half, 0.0, 0.0), (half, 0.0, 0.0), (half, 0.0, height), (-half, 0.0, height)], diffuse(BLACK))
+    scene.world = uniform_world(strength=SKY)
+    scene.render.resolution_x = scene.render.resolution_y = 32
+    scene.camera.data.ortho_scale, scene.camera.location = 4.0, (0.0, -distance, 10.0)  # pixels of 0.125 m
+    found = drawn(scene, 64)
+    away = math.hypot(distance, height)
+    factor = (math.atan(half / distance) - distance / away * math.atan(half / away)) / math.pi
+    middle = [found[32 * y + x] for x in (15, 16) for y in (15, 16)]
+    assert mean(middle) == pytest.approx(ALBEDO * SKY * (1.0 - factor), abs=ALBEDO * SKY * (OUTLINE / 2.0 + 0.02))
+
+
 @pytest.mark.parametrize("radius", [0.5, 1.0, 2.0])
 def test_disk_hides_its_form_factor_of_the_sky_and_shines_as_much(scene: bpy.types.Scene, radius: float) -> None:
     """Seen from a point of a plane 1 m below its center, a disk's form factor is r^2 / (r^2 + 1)."""

@@ -27,7 +27,7 @@ STRUCTS = {
     "Gather": "mat4 projection; mat4 from_pixel; vec4 depth; vec4 eye; vec4 ambient; vec4 size; vec4 offset;",
     "WorldTiles": f"vec4 tile[{MAX_TILES}];",
     "Caps": f"vec4 cap[{MAX_WORLD_SUNS}];",
-    "Bundles": f"mat4 matrix[{MAX_BUNDLES}]; vec4 towards[{MAX_BUNDLES}]; vec4 sky[{MAX_BUNDLES}]; vec4 use;",
+    "Bundles": f"mat4 matrix[{MAX_BUNDLES}]; vec4 towards[{MAX_BUNDLES}]; vec4 sky[{MAX_BUNDLES}]; vec4 low; vec4 high; vec4 use;",
 }
 _LUMINANCE = f"#define LUMINANCE {', '.join(map(str, LUMINANCE))}\n"
 SHADOW_TEXTURES = ("shadow_map", "shadow_tiles")

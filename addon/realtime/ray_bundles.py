@@ -7,9 +7,11 @@ farthest to the nearest, with the radiance that they send against it. So the fir
 """
 
 import math
+import operator
 import struct
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from itertools import product
 
 import gpu
@@ -35,8 +37,15 @@ ORDER = (
 # fmt: on
 STEPS = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)  # fill a cube evenly: how the sphere turns for more points
 TURN = 0.6180339887498949  # of a map from direction to direction, as a fraction of a turn, so that no texel stays where it is
+FAR = 1e30  # m
+SLACK = 1e-4  # of detail's longest side: its floor is within its box
 EMPTY = (0.0, 0.0, 0.0, -1.0)  # a texel of a layer without a surface
 MARGIN = 2.0  # texels around what a map has to hold
+# Where the scene is more than WIDER times as wide as the picture is at the nearest detail, as with a ground up to the horizon, what
+# is up to REACH times as far away as that has maps of its own, and the rest those of OUTER of a sample's directions.
+WIDER, REACH, OUTER = 8.0, 6.0, 1
+LARGEST_DETAIL = 0.5  # of the scene's size: larger, it gains little
+SURROUNDINGS = (0.25, 0.5)  # around detail, as a fraction of its longest side: others for each sample, so that no edge is seen
 FADE_IN = 8  # samples of a picture that grows before the artist's eyes
 
 
@@ -48,7 +57,7 @@ class Bundle:
     """
 
     def __init__(
-        self, row: int, towards: Vector, sky: Triple, size: int, turn: float, seen: Sequence[Vector], met: Sequence[Vector]
+        self, row: int, towards: Vector, sky: Triple, turn: float, size: int, seen: Sequence[Vector], met: Sequence[Vector]
     ) -> None:
         """Fit the projection, turned by so many turns around the rays, to the points `seen`, which send them, and to all `met`."""
         self.row, self.towards, self.sky = row, towards, sky
@@ -65,6 +74,31 @@ class Bundle:
         self.texel = width / size
 
 
+@dataclass(frozen=True)
+class Bundles:
+    """The maps of a sample: `inner` ones of what is within the box from `low` to `high` [m], and `outer` ones of the rest.
+
+    Where one map holds all, all are inner ones.
+    """
+
+    inner: Sequence[Bundle] = ()
+    outer: Sequence[Bundle] = ()
+    low: Triple = (-FAR, -FAR, -FAR)
+    high: Triple = (FAR, FAR, FAR)
+
+    def to_bytes(self, size: int, weight: float) -> bytes:
+        """Return the struct Bundles of program.py, of maps of `size` texels a side, with light of a `weight`."""
+        both = (*self.inner, *self.outer)
+        missing = MAX_BUNDLES - len(both)
+        # a plane that faces the rays of one direction gets as much as from that part of the sphere which stands for it
+        irradiance = [weight * 4.0 * math.pi / len(some) for some in (self.inner, self.outer) for _ in some]
+        matrices = b"".join(matrix_to_bytes(bundle.matrix) for bundle in both) + bytes(64 * missing)
+        towards = b"".join(struct.pack("4f", *bundle.towards, bundle.texel) for bundle in both) + bytes(16 * missing)
+        skies = (struct.pack("4f", *bundle.sky, each) for bundle, each in zip(both, irradiance, strict=True))
+        sky = b"".join(skies) + bytes(16 * missing)
+        return matrices + towards + sky + struct.pack("12f", *self.low, len(both), *self.high, len(self.inner), size, 0.0, 0.0, 0.0)
+
+
 class RayBundles:
     """The maps of a sample's MAX_BUNDLES directions, below each other in one texture, and those of the sample before in another.
 
@@ -75,7 +109,7 @@ class RayBundles:
         self._scene = scene
         self._shadow_maps = ShadowMaps(scene, SHADOW_SIZE)
         self._size = 0
-        self._bundles: list[Bundle] = []
+        self._bundles = Bundles()
 
     def begin(self, view: View, sample: int) -> None:
         """Prepare for samples of `view` from a first one on. Raises DriverError where the driver has no memory for the maps."""
@@ -85,30 +119,56 @@ class RayBundles:
         self._everything = _corners(bounds.everything if bounds else [])
         polygons = bounds.visible(view) if bounds else []
         seen = _corners([corner for polygon in polygons for corner in polygon])
-        self._near = _grown(seen, self._everything) or self._everything
+        self._near = _grown(seen, self._everything, (seen[-1] - seen[0]) / 2.0) if seen else self._everything
+        self._detail = self._find_detail(view)
         if not sample:
-            self._bundles = []
+            self._bundles = Bundles()
         self._shadow_maps.begin_within([polygons, []], sample)
 
     def draw(self, sample: int, fades_in: bool) -> None:
         """Draw the maps of a sample; with `fades_in` the first FADE_IN samples grow in weight, from none."""
-        before, self._bundles = self._bundles, []
+        before, self._bundles = self._bundles, Bundles()
         self._swap()
         weight = 2.0 * sample / (FADE_IN - 1) if fades_in and sample < FADE_IN else 1.0
         if self._everything and weight:
             self._shadow_maps.light(sample)
-            self._bundles = [
-                Bundle(row, *direction, self._size, TURN * (MAX_BUNDLES * sample + row), self._near, self._everything)
-                for row, direction in enumerate(self._directions(sample))
-            ]
-            if not before:  # as many as needed for the sky that the surfaces get
+            self._bundles = self._fitted(sample)
+            if not before.inner:  # as many as needed for the sky that the surfaces get
                 before = self._bundles
-                for bundle in before:
-                    self._draw_layers(bundle, [], sample)
+                self._draw_maps(Bundles(), sample)
                 self._swap()
-            for bundle in self._bundles:
-                self._draw_layers(bundle, before, sample)
-        self._block = uniform_buffer(_to_bytes(self._bundles, self._size, weight))
+            self._draw_maps(before, sample)
+        self._block = uniform_buffer(self._bundles.to_bytes(self._size, weight))
+
+    def _find_detail(self, view: View) -> list[Vector]:
+        """Return the corners of the box around what `view` shows of small objects, and nearest; none where one map holds all."""
+        bounds, everything = self._scene.bounds, self._everything
+        polygons = bounds.visible_detail(view) if bounds else []
+        if not polygons:
+            return []
+        row = view.depth_row()
+        depths = [min(row.dot(corner.to_4d()) for corner in polygon) if view.is_perspective else 1.0 for polygon in polygons]
+        width = max(map(operator.mul, view.pixel_size(), (view.width, view.height))) * min(depths)
+        near = [polygon for polygon, depth in zip(polygons, depths, strict=True) if depth <= REACH * min(depths)]
+        detail = _corners([corner for polygon in near for corner in polygon])
+        size = (everything[-1] - everything[0]).length
+        longest = max(detail[-1] - detail[0]) * (1.0 + 2.0 * max(SURROUNDINGS))
+        return detail if size > WIDER * width and longest < LARGEST_DETAIL * size else []
+
+    def _fitted(self, sample: int) -> Bundles:
+        """Return the maps of a sample, to be drawn."""
+
+        def fitted(count: int, row: int, seen: Sequence[Vector]) -> list[Bundle]:
+            return [Bundle(row + k, *self._direction(count * sample + k), self._size, seen, self._everything) for k in range(count)]
+
+        if not self._detail:
+            return Bundles(fitted(MAX_BUNDLES, 0, self._near))
+        least, most = SURROUNDINGS
+        longest, count = max(self._detail[-1] - self._detail[0]), MAX_BUNDLES - OUTER
+        by, slack = longest * (least + (most - least) * (TURN * sample % 1.0)), Vector((SLACK * longest,) * 3)
+        around = _grown(self._detail, self._everything, Vector((by,) * 3))
+        low, high = tuple(around[0] - slack), tuple(around[-1] + slack)
+        return Bundles(fitted(count, 0, around), fitted(OUTER, count, self._everything), low, high)
 
     def _swap(self) -> None:
         """Make the maps of this sample those of the sample before, and the others empty."""
@@ -119,13 +179,14 @@ class RayBundles:
                 gpu.state.depth_mask_set(True)
                 buffer.clear(color=EMPTY, depth=0.0)
 
-    def _directions(self, sample: int) -> list[tuple[Vector, Triple]]:
-        """Return MAX_BUNDLES directions, unit vectors, and the world's radiance from there [W/(m^2 sr)]."""
-        scene, (block, part) = self._scene, divmod(sample, len(ORDER) // MAX_BUNDLES)
-        turn = _rotation(*((0.5 + block * step) % 1.0 for step in STEPS)) if block else Matrix.Identity(3)
-        found = [turn @ _fibonacci(number, len(ORDER)) for number in ORDER[MAX_BUNDLES * part :][:MAX_BUNDLES]]
-        is_even = scene.cache.environment.is_even
-        return [(towards, scene.cache.world if is_even else scene.world.radiance(towards)) for towards in found]
+    def _direction(self, number: int) -> tuple[Vector, Triple, float]:
+        """Return the unit vector of a direction, the world's radiance from there [W/(m^2 sr)], and how its map is turned."""
+        scene, (block, place) = self._scene, divmod(number, len(ORDER))
+        towards = _fibonacci(ORDER[place], len(ORDER))
+        if block:
+            towards = _rotation(*((0.5 + block * step) % 1.0 for step in STEPS)) @ towards
+        sky = scene.cache.world if scene.cache.environment.is_even else scene.world.radiance(towards)
+        return towards, sky, TURN * number
 
     def give(self, shader: gpu.types.GPUShader) -> None:
         """Have `shader` read the maps."""
@@ -148,12 +209,17 @@ class RayBundles:
             raise DriverError("The graphics driver has no room for bounced light") from error
         self._size = size
 
-    def _draw_layers(self, bundle: Bundle, before: Sequence[Bundle], sample: int) -> None:
-        """Draw the map of `bundle`, whose surfaces see the sky by the maps of `before`."""
+    def _draw_maps(self, before: Bundles, sample: int) -> None:
+        """Draw the sample's maps, whose surfaces see the sky by the maps `before`."""
+        before_block = uniform_buffer(before.to_bytes(self._size, 1.0))
+        for bundle in (*self._bundles.inner, *self._bundles.outer):
+            self._draw_layers(bundle, before_block, sample)
+
+    def _draw_layers(self, bundle: Bundle, before_block: gpu.types.GPUUniformBuf, sample: int) -> None:
+        """Draw the map of `bundle`."""
         scene, size = self._scene, self._size
         view = View(bundle.matrix, -bundle.towards, False, size, size)
         view_block = uniform_buffer(view.to_bytes(scene.cache.world, MAX_BUNDLES * sample + bundle.row))
-        before_block = uniform_buffer(_to_bytes(before, size, 1.0))
         gpu.state.blend_set("NONE")
         gpu.state.face_culling_set("NONE")
         gpu.state.depth_test_set("GREATER")
@@ -207,20 +273,7 @@ def _corners(points: Sequence[Vector]) -> list[Vector]:
     return [Vector(corner) for corner in product(*((min(values), max(values)) for values in zip(*points, strict=True)))]
 
 
-def _grown(near: Sequence[Vector], everything: Sequence[Vector]) -> list[Vector]:
-    """Return the corners of the box of corners `near`, twice as large, within the box of `everything`."""
-    if not near:
-        return []
-    low, high, least, most = near[0], near[-1], everything[0], everything[-1]
-    half = (high - low) / 2.0
-    corners = (tuple(map(max, low - half, least)), tuple(map(min, high + half, most)))
+def _grown(near: Sequence[Vector], everything: Sequence[Vector], by: Vector) -> list[Vector]:
+    """Return the corners of the box of corners `near`, on each side larger `by` that [m], within the box of `everything`."""
+    corners = (tuple(map(max, near[0] - by, everything[0])), tuple(map(min, near[-1] + by, everything[-1])))
     return [Vector(corner) for corner in product(*zip(*corners, strict=True))]
-
-
-def _to_bytes(bundles: Sequence[Bundle], size: int, weight: float) -> bytes:
-    """Return the struct Bundles of program.py with up to MAX_BUNDLES `bundles` of `size` texels a side."""
-    missing, irradiance = MAX_BUNDLES - len(bundles), weight * 4.0 * math.pi / max(len(bundles), 1)
-    matrices = b"".join(matrix_to_bytes(bundle.matrix) for bundle in bundles) + bytes(64 * missing)
-    towards = b"".join(struct.pack("4f", *bundle.towards, bundle.texel) for bundle in bundles) + bytes(16 * missing)
-    sky = b"".join(struct.pack("4f", *bundle.sky, irradiance) for bundle in bundles) + bytes(16 * missing)
-    return matrices + towards + sky + struct.pack("4f", len(bundles), bundles[0].row if bundles else 0, size, 0.0)

@@ -3,6 +3,7 @@
 
 from array import array
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import cached_property
 from itertools import batched
 
 from mathutils import Vector
@@ -41,6 +42,7 @@ class SceneBounds:
             self.casting |= dict.fromkeys(placed if part.casts_shadow else ())
             visible |= dict.fromkeys(placed if part.is_visible else ())
             everything |= dict.fromkeys(placed)
+        self._shown = visible
         self._visible = self._enclosing(visible)
         triangles = self._visible if self.casting == visible else self._enclosing(self.casting)
         self._before = {}
@@ -50,13 +52,21 @@ class SceneBounds:
 
     def visible(self, view: View) -> list[list[Vector]]:
         """Return the polygons that enclose what is in the picture [m]: the bounds, clipped to `view`."""
-        polygons = []
-        for projection in (part.projection for part in view.holding()):
-            for triangle in self._visible:
-                polygon = [(projection @ Vector((*corner, 1.0)), corner) for corner in triangle]
-                if clipped := [world for _, world in _clipped(polygon)]:
-                    polygons.append(clipped)
-        return polygons
+        return list(_in_picture(self._visible, view))
+
+    def visible_detail(self, view: View) -> list[list[Vector]]:
+        """Return the polygons that enclose what is in the picture of the objects that are not WIDE [m]."""
+        return list(_in_picture(self._detail, view))
+
+    @cached_property
+    def _detail(self) -> list[Triangle]:
+        """The triangles that enclose visible objects that are not WIDE."""
+        shown = [placed for placed in self._shown if placed[0].hull]
+        self.ranges |= {placed: _range(*placed) for placed in shown if placed not in self.ranges}
+        if not shown:
+            return []
+        least = WIDE * _longest(_union([self.ranges[placed] for placed in shown]))
+        return self._enclosing([placed for placed in shown if _longest(self.ranges[placed]) < least])
 
     def _enclosing(self, all_placed: Collection[Placed]) -> list[Triangle]:
         """Return triangles that enclose them: those of the meshes' hulls or, where they are too many, of boxes around groups."""
@@ -74,6 +84,15 @@ class SceneBounds:
             boxes = _grouped(shared, (MAX_TRIANGLES - len(corners) // 3) // BOX_TRIANGLES) if shared else ()
             corners += [Vector(corner) for low, high in boxes for corner in box(low, high)]
         return list(batched(corners, 3, strict=True))
+
+
+def _in_picture(triangles: Sequence[Triangle], view: View) -> Iterator[list[Vector]]:
+    """Yield `triangles` clipped to `view` [m]."""
+    for projection in (part.projection for part in view.holding()):
+        for triangle in triangles:
+            polygon = [(projection @ Vector((*corner, 1.0)), corner) for corner in triangle]
+            if clipped := [world for _, world in _clipped(polygon)]:
+                yield clipped
 
 
 def _range(mesh: Geometry, place: bytes) -> Range:

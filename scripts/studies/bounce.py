@@ -23,6 +23,7 @@ SAMPLES, NOISELESS = (1, 16, 64), 512
 BOX, BOX_PIXELS = 2.0, 128  # m, pixels a side
 WHITE, RED, GREEN = (0.73, 0.73, 0.73), (0.65, 0.05, 0.05), (0.12, 0.45, 0.15)
 SKY = 1.0  # radiance of the sky over the box without a ceiling [W/(m^2 sr)]
+GROUND, GROUND_PIXELS = 200.0, (160, 64)  # m a side, and the picture of five blocks on it
 
 type Corner = tuple[float, float, float]
 
@@ -51,15 +52,39 @@ def box(is_open: bool) -> bpy.types.Scene:
     for name, color, corners in walls:
         _add(scene, name, color, corners, [(0, 1, 2, 3)])
     for name, height, place, turn in (("Tall", 1.2, (-0.35, 0.3), 0.3), ("Short", 0.6, (0.35, -0.35), -0.3)):
-        corners = [(x, y, z) for x in (-0.3, 0.3) for y in (-0.3, 0.3) for z in (0.0, height)]
-        faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-        _add(scene, name, WHITE, corners, faces, Matrix.Translation((*place, 0.0)) @ Matrix.Rotation(turn, 4, "Z"))
-    camera = bpy.data.cameras.new("Camera")
-    camera.lens, camera.sensor_width = 35.0, 36.0
-    eye = Vector((0.0, -3.9, 1.5 if is_open else 1.0))
-    scene.camera = elements.add(scene, "Camera", camera, Matrix.Translation(eye) @ elements.towards(eye - Vector((0.0, 0.0, 1.0))))
-    scene.render.resolution_x = scene.render.resolution_y = BOX_PIXELS
+        _add_block(scene, name, WHITE, (0.6, 0.6, height), Matrix.Translation((*place, 0.0)) @ Matrix.Rotation(turn, 4, "Z"))
+    _add_camera(scene, Vector((0.0, -3.9, 1.5 if is_open else 1.0)), (BOX_PIXELS, BOX_PIXELS))
     return scene
+
+
+def ground() -> bpy.types.Scene:
+    """Return a scene of five blocks of a person's size on a ground up to the horizon, under a sun and an even sky."""
+    scene = bpy.data.scenes.new("Ground")
+    half = GROUND / 2.0
+    _add(scene, "Ground", WHITE, [(-half, -half, 0.0), (half, -half, 0.0), (half, half, 0.0), (-half, half, 0.0)], [(0, 1, 2, 3)])
+    for number, color in enumerate((WHITE, RED, WHITE, GREEN, WHITE)):
+        turned = Matrix.Translation((1.1 * (number - 2), 0.4 * (number % 2), 0.0)) @ Matrix.Rotation(0.5 - 0.25 * number, 4, "Z")
+        _add_block(scene, f"Block {number}", color, (0.7, 0.5, 1.8), turned)
+    scene.world = elements.uniform_world(strength=SKY)
+    elements.add_sun(scene, "Sun", (0.5, -0.6, 0.5), math.pi, math.radians(2.0))
+    _add_camera(scene, Vector((0.0, -6.5, 1.7)), GROUND_PIXELS)
+    return scene
+
+
+def _add_camera(scene: bpy.types.Scene, eye: Vector, pixels: tuple[int, int]) -> None:
+    """Have `scene` seen from `eye` towards the point 1 m above its origin."""
+    camera = bpy.data.cameras.new("Camera")
+    camera.lens, camera.sensor_width, camera.clip_end = 35.0, 36.0, 2.0 * GROUND
+    scene.camera = elements.add(scene, "Camera", camera, Matrix.Translation(eye) @ elements.towards(eye - Vector((0.0, 0.0, 1.0))))
+    scene.render.resolution_x, scene.render.resolution_y = pixels
+
+
+def _add_block(scene: bpy.types.Scene, name: str, color: Corner, size: Corner, matrix: Matrix) -> None:
+    """Add a block that stands on the middle of its lowest side."""
+    x, y, z = size
+    corners = [(a, b, c) for a in (-x / 2.0, x / 2.0) for b in (-y / 2.0, y / 2.0) for c in (0.0, z)]
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    _add(scene, name, color, corners, faces, matrix)
 
 
 def _add(
@@ -112,6 +137,7 @@ def steps(mesh: bpy.types.Mesh, quick: bool) -> list[Step]:
     built: Mapping[str, Callable[[], bpy.types.Scene]] = {
         "box": partial(box, is_open=False),
         "open box under a sky": partial(box, is_open=True),
+        "ground": ground,
         "five characters": partial(characters, mesh),
         "face": lambda: face.build(mesh, True, (240, 96)).scene,
     }

@@ -303,7 +303,8 @@ void main()
 #ifdef BOUNCE
     vec3 bounced = vec3(0.0); // what rays that meet other surfaces change of the ambient term
     vec4 met_around = vec4(0.0); // rgb: mean of the radiance they meet, w: fraction of them, weighted by the cosine
-    for (int k = 0; k < int(bundles.use.x); k++) {
+    ivec2 maps = bundles_at(world_position);
+    for (int k = maps.x; k < maps.y; k++) {
         vec3 l = bundles.towards[k].xyz;
         vec4 met = bundles.sky[k].w * met_by_ray(k, world_position, unmapped);
 #ifdef LAYER
