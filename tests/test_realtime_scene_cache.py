@@ -619,7 +619,7 @@ class Hull:
 
     def __init__(self, low: meshes.Point, high: meshes.Point) -> None:
         self.bounds = low, high
-        self.hull = meshes.box(low, high)
+        self.hull, self.is_hull_a_box = meshes.box(low, high), True
 
 
 def seen_corners(bounds: scene_bounds.SceneBounds, view: View) -> list[Vector]:
@@ -637,9 +637,9 @@ def test_extent_holds_all_and_is_small(count: int) -> None:
     made = scene_bounds.SceneBounds(groups, matrices)
     corners = {number: [place @ Vector(point) for point in set(hull.hull)] for number, place in enumerate(places)}
 
-    def ranges(points: list[Vector]) -> list[tuple[Vector, Vector]]:
-        """Return the lowest and highest coordinates of each box, of 12 triangles."""
-        groups = [list(zip(*points[at : at + 36], strict=True)) for at in range(0, len(points), 36)]
+    def ranges(points: list[Vector], count: int) -> list[tuple[Vector, Vector]]:
+        """Return the lowest and highest coordinates of each box, of `count` points."""
+        groups = [list(zip(*points[at : at + count], strict=True)) for at in range(0, len(points), count)]
         return [(Vector(map(min, axes)), Vector(map(max, axes))) for axes in groups]
 
     def hold(found: list[tuple[Vector, Vector]], chosen: range) -> bool:
@@ -651,7 +651,7 @@ def test_extent_holds_all_and_is_small(count: int) -> None:
         )
 
     everything = View(Matrix.Diagonal((0.01, 0.01, 0.01, 1.0)), Vector((0.0, 0.0, 1.0)), False, WIDTH, HEIGHT)
-    found, casting = ranges(seen_corners(made, everything)), ranges(made.casters)
+    found, casting = ranges(seen_corners(made, everything), 6 * 4), ranges(made.casters, 12 * 3)
     assert hold(found, range(count)) and hold(casting, range(0, count, 2))
     assert len(found) <= 32 and len(casting) <= 32  # as many boxes as can be cut for each view
     assert not hold(found[1:], range(count))

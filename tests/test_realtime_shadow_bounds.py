@@ -15,7 +15,7 @@ from true_diffuse.addon.realtime import meshes, objects, scene_bounds
 from true_diffuse.addon.realtime.lights import Light
 from true_diffuse.addon.realtime.shadow_bounds import ShadowBounds
 from true_diffuse.addon.realtime.shadows import MAP_SIZE, Tile, shadow_tiles
-from true_diffuse.addon.realtime.view import View
+from true_diffuse.addon.realtime.view import View, eye_of
 
 ZERO = (0.0, 0.0, 0.0)
 FLOOR = [(-1e3, -1e3, 0.0), (1e3, -1e3, 0.0), (1e3, 1e3, 0.0), (-1e3, -1e3, 0.0), (1e3, 1e3, 0.0), (-1e3, 1e3, 0.0)]
@@ -24,8 +24,8 @@ FLOOR = [(-1e3, -1e3, 0.0), (1e3, -1e3, 0.0), (1e3, 1e3, 0.0), (-1e3, -1e3, 0.0)
 class Hull:
     """What of a mesh its extent asks for."""
 
-    def __init__(self, points: list[meshes.Point]) -> None:
-        self.hull = points
+    def __init__(self, points: list[meshes.Point], is_hull_a_box: bool = False) -> None:
+        self.hull, self.is_hull_a_box = points, is_hull_a_box
         self.bounds = tuple(tuple(pick(point[axis] for point in points) for axis in range(3)) for pick in (min, max))
 
 
@@ -127,6 +127,86 @@ def test_wall_before_the_sun_shades_what_is_near_it() -> None:
         on_wall = point + Vector(sun.axis) * (-point.y / sun.axis[1])
         assert holds(tile, point) and holds(tile, on_wall)
     assert tile.texel * MAP_SIZE < 3.0
+
+
+# ---- a camera within what is bounded
+
+ROOM = meshes.box((-3.0, -3.0, 0.0), (3.0, 3.0, 3.0))
+
+
+def at(place: tuple[float, float, float], turn: float, projection: Matrix, is_perspective: bool) -> View:
+    """Return the view of a camera at `place` that looks along +Y, turned by `turn` around Z."""
+    camera = Matrix.Translation(place) @ Matrix.Rotation(turn, 4, "Z") @ Matrix.Rotation(math.pi / 2.0, 4, "X")
+    return View(projection @ camera.inverted(), eye_of(camera, is_perspective), is_perspective, 64, 64)
+
+
+def perspective(near: float, far: float, slope: float = 1.8, shift: float = 0.0) -> Matrix:
+    rows = (-(far + near) / (far - near), -2.0 * far * near / (far - near))
+    return Matrix(((slope, 0.0, shift, 0.0), (0.0, slope, 0.0, 0.0), (0.0, 0.0, *rows), (0.0, 0.0, -1.0, 0.0)))
+
+
+def parallel(near: float, far: float, width: float) -> Matrix:
+    depth = Matrix.Translation((0.0, 0.0, -(far + near) / (far - near))) @ Matrix.Diagonal((1.0, 1.0, -2.0 / (far - near), 1.0))
+    return depth @ Matrix.Diagonal((2.0 / width, 2.0 / width, 1.0, 1.0))
+
+
+CAMERAS = {
+    "within": at((0.5, -2.0, 1.5), 0.3, perspective(0.1, 100.0), True),
+    "within, ends within": at((0.5, -2.0, 1.5), 0.3, perspective(0.1, 2.0), True),
+    "shifted": at((0.5, -2.0, 1.5), 0.3, perspective(0.1, 100.0, shift=0.9), True),
+    "straddling a wall": at((0.0, -3.05, 0.1), 0.8, perspective(0.2, 100.0, slope=0.4), True),
+    "at an edge": at((-2.9, -2.9, 2.9), -0.8, perspective(0.3, 100.0, slope=0.5), True),
+    "parallel, within": at((0.5, -2.0, 1.5), 0.3, parallel(0.1, 100.0, 2.0), False),
+    "parallel, before and behind": at((0.5, -2.0, 1.5), 0.3, parallel(-4.0, 1.0, 2.0), False),
+    "without": at((0.5, -9.0, 1.5), 0.1, perspective(0.1, 100.0), True),
+}
+
+
+@pytest.mark.parametrize("name", CAMERAS)
+@pytest.mark.parametrize("neighbors", (0, 60))
+def test_what_is_seen_of_a_box_is_within_the_polygons_around_it(name: str, neighbors: int) -> None:
+    """A room of one mesh may have things anywhere: each point of it in the picture is between the polygons along any direction.
+
+    With `neighbors`, which are far away, boxes are shared.
+    """
+    numbers, view = random.Random(3), CAMERAS[name]
+    turn = Matrix.Rotation(0.4 if neighbors == 0 else 0.0, 4, "Z")  # a box around several has the axes of the world
+    others = [(Hull(meshes.box((90.0, k, 0.0), (91.0, k + 0.5, 1.0)), True), Matrix()) for k in range(neighbors)]
+    polygons = bounds([(Hull(ROOM, True), turn), *others]).visible(view)
+    corners = [corner for polygon in polygons for corner in polygon]
+    directions = [Vector([numbers.gauss(0.0, 1.0) for _ in range(3)]).normalized() for _ in range(50)]
+    reaches = [max(direction.dot(corner) for corner in corners) for direction in directions]
+    seen = 0
+    for _ in range(20_000):
+        point = turn @ Vector((numbers.uniform(-3, 3), numbers.uniform(-3, 3), numbers.uniform(0, 3)))
+        clip = view.projection @ point.to_4d()
+        if max(map(abs, clip[:3])) > clip.w:
+            continue
+        seen += 1
+        assert all(direction.dot(point) <= reach + 1e-5 for direction, reach in zip(directions, reaches, strict=True)), point
+    assert seen > 100
+    assert all(max(map(abs, clip[:3])) <= clip.w + 1e-4 for clip in (view.projection @ corner.to_4d() for corner in corners))
+
+
+@pytest.mark.parametrize("kind", ("SUN", "POINT", "AREA"))
+def test_things_within_one_mesh_shade_each_other_before_the_camera(kind: str) -> None:
+    """A light in the room, or a sun outside: a point that is seen is in a tile, with what is a little towards the light of it."""
+    numbers, view = random.Random(5), CAMERAS["within"]
+    lamp = light(kind, Vector((0.3, -1.0, 2.9)) if kind != "SUN" else Vector((0.3, -0.4, 0.9)).normalized())
+    made = bounds([(Hull(ROOM, True), Matrix())])
+    tiles = shadow_tiles([lamp], [ShadowBounds(made.casters, made.visible(view), made.caster_boxes)], MAP_SIZE)
+    seen = 0
+    while seen < 300:
+        point = Vector((numbers.uniform(-3, 3), numbers.uniform(-3, 3), numbers.uniform(0, 2.8)))
+        clip = view.projection @ point.to_4d()
+        if max(map(abs, clip[:3])) > clip.w:
+            continue
+        towards = Vector(lamp.axis) if kind == "SUN" else Vector(lamp.position) - point
+        if kind == "AREA" and towards.normalized().dot(Vector(lamp.axis)) <= 0.01:
+            continue
+        seen += 1
+        caster = point + towards * 0.1
+        assert any(holds(tile, point) and holds(tile, caster) for tile in tiles), (point, caster)
 
 
 def test_floor_shares_no_box_with_a_crowd_that_stands_on_it() -> None:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What varies over a mesh besides positions and normals, for each corner of its faces: colors, UV maps, tangents."""
 
+import struct
 from array import array
 from collections.abc import Sequence
 
@@ -33,8 +34,7 @@ def item_values(items: bpy.types.bpy_prop_collection, name: str, width: int = 1,
 
 def gathered(values: Floats | array[float], width: int, indices: Sequence[int]) -> Floats:
     """Return the items at `indices`, in this order, of an array of items of `width` floats."""
-    raw, size = values.tobytes(), 4 * width
-    items = [raw[start : start + size] for start in range(0, len(raw), size)]
+    items = [item for (item,) in struct.iter_unpack(f"{4 * width}s", values)]
     return memoryview(b"".join(map(items.__getitem__, indices))).cast("f")
 
 

@@ -22,9 +22,10 @@ type Point = tuple[float, float, float]
 class Geometry[Data: bpy.types.ID]:
     """What a mesh or curves are on the driver.
 
-    `slots` holds the index buffer of each material slot that is used; `hull` the corners of triangles that enclose the geometry;
-    `bounds` its lowest and highest coordinates; `triangles` is the number of triangles drawn, `skipped` of those left out because
-    a vertex is not finite. `batches` has what is ready to draw, by slot and attributes. `points` are the control points of curves.
+    `slots` holds the index buffer of each material slot that is used; `hull` the corners of triangles that enclose the geometry,
+    `is_hull_a_box` whether as its box rather than as its own triangles; `bounds` its lowest and highest coordinates; `triangles` is
+    the number of triangles drawn, `skipped` of those left out because a vertex is not finite; `batches` what is ready to draw, by
+    slot and attributes. `points` are the control points of curves.
     """
 
     points: gpu.types.GPUTexture | None = None
@@ -32,6 +33,7 @@ class Geometry[Data: bpy.types.ID]:
     def __init__(self) -> None:
         self.slots: dict[int, gpu.types.GPUIndexBuf] = {}
         self.hull: list[Point] = []
+        self.is_hull_a_box = False
         self.bounds: tuple[Point, Point] = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         self.skipped = 0
         self.triangles = 0
@@ -71,7 +73,8 @@ class Mesh(Geometry[bpy.types.Mesh]):
         self.triangles = len(slots)
         self._triangles = triangles
         self.bounds = bounds
-        self.hull = _hull(self.bounds, corner_positions, triangles)
+        self.is_hull_a_box = len(slots) > MAX_HULL_TRIANGLES
+        self.hull = box(*bounds) if self.is_hull_a_box else _triangles(corner_positions, triangles)
         self._surface = vertex_buffer(len(self._corners), {"position": (3, corner_positions), "normal": (3, normals)})
         for slot in set(slots):
             self.slots[slot] = index_buffer(triangles, [index == slot for index in slots] if len(set(slots)) > 1 else None)
@@ -127,11 +130,9 @@ def _bounds(axes: Sequence[Sequence[float]]) -> tuple[Point, Point]:
     return (x0, y0, z0), (x1, y1, z1)
 
 
-def _hull(bounds: tuple[Point, Point], corner_positions: Floats, triangles: array[int]) -> list[Point]:
-    """Return the corners of `triangles` themselves where they are few, else those of their box: 12 triangles."""
-    if len(triangles) <= MAX_HULL_TRIANGLES * CORNERS:
-        return [(corner_positions[3 * k], corner_positions[3 * k + 1], corner_positions[3 * k + 2]) for k in triangles]
-    return box(*bounds)
+def _triangles(corner_positions: Floats, triangles: array[int]) -> list[Point]:
+    """Return the positions of the corners of `triangles`."""
+    return [(corner_positions[3 * k], corner_positions[3 * k + 1], corner_positions[3 * k + 2]) for k in triangles]
 
 
 def _selected(triangles: array[int], keep: list[bool]) -> array[int]:

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bounds of a scene's meshes: triangles that enclose all of them, few enough to be clipped to the picture for each view."""
+"""Bounds of a scene's meshes: triangles and boxes that enclose all of them, few enough to be clipped for each view."""
 
+import math
 from array import array
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import batched
 
@@ -16,17 +18,45 @@ MAX_TRIANGLES = 384  # objects with more than that in all share boxes with their
 BOX_TRIANGLES = 12
 WIDE = 0.5  # of the scene's size: an object of that size, as a floor, shares no box, which would have no end
 
-type Triangle = tuple[Vector, Vector, Vector]
+type Polygon = list[Vector]
+type Clipped = list[tuple[Vector, Vector]]
+"""A polygon whose corners are each given in clip space and in the world."""
 type Range = tuple[Point, Point]
 """The lowest and the highest coordinates [m]."""
 type Placed = tuple[Geometry, bytes]
 """A mesh and the matrix of an object that shows it."""
 
 
+@dataclass(frozen=True)
+class Enclosure:
+    """The corners of triangles that enclose objects [m], and whether they are a box, anywhere within which surfaces may be."""
+
+    corners: list[Vector]
+    is_box: bool
+
+    def polygons(self) -> list[Polygon]:
+        """Return a box's six sides, or the triangles."""
+        if not self.is_box:
+            return [list(triangle) for triangle in batched(self.corners, 3, strict=True)]
+        return [[a, b, c, d] for a, b, c, _, _, d in batched(self.corners, 6, strict=True)]
+
+    def holds(self, point: Vector) -> bool:
+        """Return whether a point is within a box. Nothing is within one that is flat."""
+        if not self.is_box:
+            return False
+        middle = sum(self.corners, Vector()) / len(self.corners)
+        for a, b, _, d in self.polygons():
+            normal = (b - a).cross(d - a)
+            if normal.dot(point - a) * normal.dot(middle - a) <= 0.0:
+                return False
+        return True
+
+
 class SceneBounds:
     """The bounds of all objects in the world [m].
 
-    `casters` are the corners of triangles that enclose all shadow casters, `everything` of those that enclose all objects.
+    `casters` are the corners of triangles that enclose all shadow casters, `everything` of those that enclose all objects;
+    `caster_boxes` the boxes among what encloses the casters.
     """
 
     def __init__(self, groups: Mapping[Part, Sequence[int]], matrices: array[float], before: "SceneBounds | None" = None) -> None:
@@ -44,23 +74,27 @@ class SceneBounds:
             everything |= dict.fromkeys(placed)
         self._shown = visible
         self._visible = self._enclosing(visible)
-        triangles = self._visible if self.casting == visible else self._enclosing(self.casting)
+        casting = self._visible if self.casting == visible else self._enclosing(self.casting)
         self._before = {}
-        self.casters = [corner for triangle in triangles for corner in triangle]
-        enclosing = triangles if self.casting == everything else self._enclosing(everything)
-        self.everything = [corner for triangle in enclosing for corner in triangle]
+        self.casters = [corner for enclosure in casting for corner in enclosure.corners]
+        self.caster_boxes = [enclosure for enclosure in casting if enclosure.is_box]
+        enclosing = casting if self.casting == everything else self._enclosing(everything)
+        self.everything = [corner for enclosure in enclosing for corner in enclosure.corners]
 
-    def visible(self, view: View) -> list[list[Vector]]:
-        """Return the polygons that enclose what is in the picture [m]: the bounds, clipped to `view`."""
+    def visible(self, view: View) -> list[Polygon]:
+        """Return the polygons that enclose what is in the picture [m]: the bounds, clipped to `view`.
+
+        Of a box that goes on before the picture or beside it they include where it is cut, as something may be right there.
+        """
         return list(_in_picture(self._visible, view))
 
-    def visible_detail(self, view: View) -> list[list[Vector]]:
-        """Return the polygons that enclose what is in the picture of the objects that are not WIDE [m]."""
+    def visible_detail(self, view: View) -> list[Polygon]:
+        """Return the polygons that enclose what is in the picture of the objects that are not WIDE [m], as `visible` does."""
         return list(_in_picture(self._detail, view))
 
     @cached_property
-    def _detail(self) -> list[Triangle]:
-        """The triangles that enclose visible objects that are not WIDE."""
+    def _detail(self) -> list[Enclosure]:
+        """What encloses the visible objects that are not WIDE."""
         shown = [placed for placed in self._shown if placed[0].hull]
         self.ranges |= {placed: _range(*placed) for placed in shown if placed not in self.ranges}
         if not shown:
@@ -68,31 +102,35 @@ class SceneBounds:
         least = WIDE * _longest(_union([self.ranges[placed] for placed in shown]))
         return self._enclosing([placed for placed in shown if _longest(self.ranges[placed]) < least])
 
-    def _enclosing(self, all_placed: Collection[Placed]) -> list[Triangle]:
-        """Return triangles that enclose them: those of the meshes' hulls or, where they are too many, of boxes around groups."""
+    def _enclosing(self, all_placed: Collection[Placed]) -> list[Enclosure]:
+        """Return what encloses them: the meshes' hulls or, where those have too many triangles, boxes around groups."""
         if sum(len(mesh.hull) for mesh, _ in all_placed) <= 3 * MAX_TRIANGLES:
-            points = [(matrix(place), mesh.hull) for mesh, place in all_placed]
-            corners = [to_world @ Vector(point) for to_world, hull in points for point in hull]
-        else:
-            for placed in all_placed:
-                if placed not in self.ranges and placed[0].hull:
-                    self.ranges[placed] = self._before.get(placed) or _range(*placed)
-            ranges = {placed: self.ranges[placed] for placed in all_placed if placed[0].hull}
-            wide = _wide(ranges)
-            corners = [matrix(place) @ Vector(point) for mesh, place in wide for point in mesh.hull]
-            shared = [ends for placed, ends in ranges.items() if placed not in wide]
-            boxes = _grouped(shared, (MAX_TRIANGLES - len(corners) // 3) // BOX_TRIANGLES) if shared else ()
-            corners += [Vector(corner) for low, high in boxes for corner in box(low, high)]
-        return list(batched(corners, 3, strict=True))
+            return [_hull(*placed) for placed in all_placed]
+        for placed in all_placed:
+            if placed not in self.ranges and placed[0].hull:
+                self.ranges[placed] = self._before.get(placed) or _range(*placed)
+        ranges = {placed: self.ranges[placed] for placed in all_placed if placed[0].hull}
+        wide = _wide(ranges)
+        found = [_hull(*placed) for placed in wide]
+        shared = [ends for placed, ends in ranges.items() if placed not in wide]
+        left = MAX_TRIANGLES - sum(len(enclosure.corners) // 3 for enclosure in found)
+        boxes = _grouped(shared, left // BOX_TRIANGLES) if shared else ()
+        return [*found, *(Enclosure([Vector(corner) for corner in box(low, high)], True) for low, high in boxes)]
 
 
-def _in_picture(triangles: Sequence[Triangle], view: View) -> Iterator[list[Vector]]:
-    """Yield `triangles` clipped to `view` [m]."""
+def _hull(mesh: Geometry, place: bytes) -> Enclosure:
+    """Return the hull of a mesh in the world."""
+    to_world = matrix(place)
+    return Enclosure([to_world @ Vector(point) for point in mesh.hull], mesh.is_hull_a_box)
+
+
+def _in_picture(enclosures: Sequence[Enclosure], view: View) -> Iterator[Polygon]:
+    """Yield the polygons of `enclosures` clipped to `view` [m]."""
     for projection in (part.projection for part in view.holding()):
-        for triangle in triangles:
-            polygon = [(projection @ Vector((*corner, 1.0)), corner) for corner in triangle]
-            if clipped := [world for _, world in _clipped(polygon)]:
-                yield clipped
+        for enclosure in enclosures:
+            sides = [[(projection @ corner.to_4d(), corner) for corner in side] for side in enclosure.polygons()]
+            for part in [sides] if enclosure.is_box else ([side] for side in sides):
+                yield from ([world for _, world in polygon] for polygon in _clipped(part, enclosure.is_box))
 
 
 def _range(mesh: Geometry, place: bytes) -> Range:
@@ -144,22 +182,33 @@ def _grouped(ranges: Sequence[Range], count: int) -> Iterator[Range]:
         yield from _grouped(half, count // 2)
 
 
-def _clipped(polygon: list[tuple[Vector, Vector]]) -> list[tuple[Vector, Vector]]:
-    """Return a polygon clipped at the six planes of clip space; each corner is given in clip space and in the world."""
-    if all(abs(coordinate) <= clip.w for clip, _ in polygon for coordinate in clip[:3]):
-        return polygon
+def _clipped(polygons: list[Clipped], is_solid: bool) -> list[Clipped]:
+    """Return polygons clipped at the six planes of clip space; if they are the sides of a convex solid, with those of the cuts."""
     for axis in range(3):
         for sign in (1.0, -1.0):
-            clipped = []
-            for k, (clip, world) in enumerate(polygon):
-                next_clip, next_world = polygon[(k + 1) % len(polygon)]
-                here, there = clip.w + sign * clip[axis], next_clip.w + sign * next_clip[axis]
-                if here >= 0.0:
-                    clipped.append((clip, world))
-                if (here >= 0.0) != (there >= 0.0):
-                    t = here / (here - there)
-                    clipped.append((clip.lerp(next_clip, t), world.lerp(next_world, t)))
-            polygon = clipped
-            if not polygon:
-                return []
-    return polygon
+            if all(clip.w + sign * clip[axis] >= 0.0 for polygon in polygons for clip, _ in polygon):
+                continue
+            left, rim = [], []
+            for polygon in polygons:
+                part = []
+                for k, (clip, world) in enumerate(polygon):
+                    next_clip, next_world = polygon[(k + 1) % len(polygon)]
+                    here, there = clip.w + sign * clip[axis], next_clip.w + sign * next_clip[axis]
+                    if here >= 0.0:
+                        part.append((clip, world))
+                    if (here >= 0.0) != (there >= 0.0):
+                        t = here / (here - there)
+                        rim.append((clip.lerp(next_clip, t), world.lerp(next_world, t)))
+                        part.append(rim[-1])
+                left += [part] if part else []
+            polygons = [*left, _around(rim)] if is_solid and rim else left
+    return polygons
+
+
+def _around(rim: Clipped) -> Clipped:
+    """Return the corners of a convex polygon in the order in which they are around it."""
+    middle = sum((world for _, world in rim), Vector()) / len(rim)
+    right = max((world - middle for _, world in rim), key=lambda away: away.length_squared).normalized()
+    aside = [world - middle - right * right.dot(world - middle) for _, world in rim]
+    up = max(aside, key=lambda away: away.length_squared).normalized()
+    return sorted(rim, key=lambda corner: math.atan2(up.dot(corner[1] - middle), right.dot(corner[1] - middle)))

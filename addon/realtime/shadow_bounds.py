@@ -8,6 +8,7 @@ from itertools import batched
 from mathutils import Vector
 
 from .lights import Light
+from .scene_bounds import Enclosure
 
 NEAR = 2e-6  # of the largest coordinate: so far behind a face is what counts as in its plane, as coordinates have 32 bits
 MAX_TESTS = 20_000  # of points against faces, some 5 ms; the faces that are left are the smallest
@@ -48,10 +49,12 @@ class ShadowBounds:
 
     `points` are the polygons' corners, and `largest` the largest of their coordinates. A face shades only what is behind it, seen
     from the light: the floor below all else shades nothing, and a map need not hold it, however large it is. What a face shades is
-    both in line with the face and within the polygons behind it, and the smaller of those counts.
+    both in line with the face and within the polygons behind it, and the smaller of those counts. Where a light is within one of
+    `boxes`, those among the casters' bounds, it may shade all.
     """
 
-    def __init__(self, casters: Sequence[Vector], polygons: Sequence[Polygon]) -> None:
+    def __init__(self, casters: Sequence[Vector], polygons: Sequence[Polygon], boxes: Sequence[Enclosure] = ()) -> None:
+        self._boxes = boxes
         polygons = polygons or list(batched(casters, 3, strict=True))
         numbers: dict[tuple[float, ...], int] = {}
         indices = [frozenset(numbers.setdefault(tuple(point), len(numbers)) for point in polygon) for polygon in polygons]
@@ -82,6 +85,8 @@ class ShadowBounds:
 
     def shade(self, light: Light) -> "Shade":
         """Return what can be in the shadow of `light`."""
+        if light.kind != "SUN" and any(box.holds(Vector(light.position)) for box in self._boxes):
+            return Shade(self.points, self._faces)
         sides = tuple(face.is_lit_in_front(light) for face in self._faces)
         if sides not in self._found:
             shaded = [face.behind if is_lit else face.in_front for face, is_lit in zip(self._faces, sides, strict=True)]

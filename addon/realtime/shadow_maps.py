@@ -50,7 +50,9 @@ class ShadowMaps:
         """Prepare for samples from a first one on, with shadows of what is within polygons, the best in the first of `regions`."""
         bounds = self._scene.bounds
         has_shadows = bounds is not None and self._scene.cache.lighting().shadows
-        self._regions = [ShadowBounds(bounds.casters, region) for region in regions] if bounds and has_shadows else []
+        self._regions = []
+        if bounds and has_shadows:
+            self._regions = [ShadowBounds(bounds.casters, region, bounds.caster_boxes) for region in regions]
         self._is_stale = True
         self.light(sample)
 

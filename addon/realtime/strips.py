@@ -52,7 +52,7 @@ class Strips(Geometry[bpy.types.Curves]):
         self.points = _points(positions, radii)
         self._build(by_count, offsets)
         self.bounds = self._bounds(by_count, offsets, positions, radii)
-        self.hull = box(*self.bounds)
+        self.hull, self.is_hull_a_box = box(*self.bounds), True
 
     def prepare(
         self, curves: bpy.types.Curves | None, wanted: Mapping[int, tuple[MeshAttribute, ...]], _: Callable[[], bpy.types.Mesh], /
