@@ -204,14 +204,16 @@ def frames(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
         tables[title] = partial(study.growth_table, absolute=absolute)
     yield Section(study.steps(characters, options.quick), tables)
     yield from competitors(options)
-    yield from first_picture(options)
 
 
-def first_picture(options: Namespace) -> Iterator[Section]:
+def first(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Time the first picture of a viewport of True Diffuse Realtime."""
+    from true_diffuse.addon.blender.engines import EEVEE
     from true_diffuse.scripts.studies import first_picture as study
     from true_diffuse.scripts.studies.competitors import QUICK_SIZE, SIZE
 
+    if EEVEE not in engines:
+        raise BadInput("the first picture needs EEVEE's graphics driver")
     empty_file()
     register_realtime()
     title = "The first picture after switching engines, by its parts, in ms of processor time"
@@ -393,6 +395,7 @@ MEASURES: dict[str, Measure] = {
         cost,
         scale,
         frames,
+        first,
         viewport,
         furnace,
         leak,

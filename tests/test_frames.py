@@ -116,7 +116,16 @@ def test_table_of_competitors_has_each_beside_realtime() -> None:
 
 def test_table_of_first_pictures_has_their_parts() -> None:
     parts = {"reading": 0.1, "sending": 0.02, "drawing": 0.3, "compiling": 0.04}
-    found = [{"characters": 5, "triangles": 572_000, "meshes": "own", **parts}, {"loading": 0.05}]
+    about = {"characters": 5, "triangles": 572_000, **parts}
+    found = [
+        {**about, "meshes": "own", "redraws": 2, "completing": 0.2},
+        {**about, "meshes": "one", "redraws": 0, "completing": 0.0},
+        {"loading": 0.05},
+    ]
     columns, rows = first_picture.table(found)
-    assert rows == [("5, own", "572 000", "100", "20", "300", "40"), ("modules, once", "-", "50", "-", "-", "-")]
+    assert rows == [
+        ("5, own", "572 000", "100", "20", "300", "40", "200 in 2"),
+        ("5, one", "572 000", "100", "20", "300", "40", "-"),
+        ("modules, once", "-", "50", "-", "-", "-", "-"),
+    ]
     assert len(columns) == len(rows[0])

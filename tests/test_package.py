@@ -335,6 +335,29 @@ print("imported", *sorted(set(sys.modules) - before))
     assert not [name for name in imported if name.startswith(HEAVY)]
 
 
+def test_engine_that_is_loaded_while_blender_is_idle_has_nothing_left_to_load() -> None:
+    code = f"""
+import sys
+sys.path.insert(0, {str(ROOT / "scripts")!r})
+import checkout, bpy
+import true_diffuse
+true_diffuse.register()
+from true_diffuse.addon.realtime import preload
+steps = []
+while True:
+    before = set(sys.modules)
+    more = preload.load_next()
+    steps.append(bool(set(sys.modules) - before))
+    if more is None:
+        break
+before = set(sys.modules)
+from true_diffuse.addon.realtime import final, passes, viewport
+print("steps", steps, "left", sorted(set(sys.modules) - before))
+"""
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert f"steps {[True] * 4} left []" in result.stdout
+
+
 def test_install_enable_use_disable_upgrade_uninstall(package: Path, tmp_path: Path) -> None:
     older = changed(package, tmp_path / "older.zip", lambda text: re.sub(r'(?m)^version = ".*"', 'version = "0.0.1"', text))
     code = f"""

@@ -521,6 +521,50 @@ def test_viewport_reads_and_draws_what_changed_alone(
         assert seen == before != 0.0
 
 
+def test_first_picture_does_not_wait_for_all_meshes(stage: Stage, monkeypatch) -> None:
+    """The middle is read last. Blender is asked for redraws until all is there, and the picture has all its samples."""
+    asked: list[object] = []
+    monkeypatch.setattr(bpy.app.timers, "register", asked.append)
+    monkeypatch.setattr(viewport, "FIRST_READING", 1e-9)
+    stage.scene.true_diffuse.viewport_samples = 1
+    for x in (-1.5, 1.5, 0.0):
+        stage.square(0.3, x)
+    window = Window(WIDTH)
+    window.update()
+    shown, said = [], []
+    while not shown or asked:
+        asked.clear()
+        shown.append(window.draw())
+        said.append(window.stats[0])
+    assert shown == pytest.approx([0.0, 0.0, LIT], rel=2e-6)
+    assert said == ["Reading the scene"] * 2 + ["Sample 1/1"]
+
+
+def test_first_sample_ever_has_a_smaller_shadow_map(stage: Stage, monkeypatch) -> None:
+    """Its square has a quarter of the texels; from the second sample on the shadow is that of any picture."""
+    sizes: list[int] = []
+    real = shadow_maps.ShadowMaps._draw
+
+    def drawn(maps: shadow_maps.ShadowMaps, tiles: list, sample: int) -> None:
+        sizes.extend(tile.size for tile in tiles)
+        real(maps, tiles, sample)
+
+    monkeypatch.setattr(shadow_maps.ShadowMaps, "_draw", drawn)
+    stage.square(2.0)
+    stage.square(0.3).location.z = 1.0
+    stage.sun.data.angle = 0.0
+    stage.scene.true_diffuse.viewport_samples = 3
+    window = Window(WIDTH)
+    window.update()
+    for _ in range(4):
+        window.draw()
+    assert sizes == [shadows.MAP_SIZE // 2, shadows.MAP_SIZE]
+    turned(window)
+    for _ in range(4):
+        window.draw()
+    assert sizes[2:] == [shadows.MAP_SIZE]
+
+
 @pytest.mark.parametrize("name", ["state.blend_set", "types.GPUUniformBuf", "types.GPUFrameBuffer"])
 def test_viewport_says_once_what_failed_and_draws_again_after_an_edit(stage: Stage, monkeypatch, name: str) -> None:
     stage.square()

@@ -611,6 +611,51 @@ def test_view_that_turns_sends_no_mesh_and_compiles_nothing(stage: Stage, sent: 
     assert sent["meshes"] == sent["programs"] == 0
 
 
+# ---- a first picture that does not wait for the whole scene
+
+
+@pytest.mark.render
+def test_meshes_that_are_left_for_later_come_one_by_one(stage: Stage) -> None:
+    """Objects of a mesh that has been read come with it; at the end all is as where nothing was left."""
+    for place in (-2.0, 2.0):
+        other = stage.objects[0].copy()
+        other.location.x = place
+        stage.scene.collection.objects.link(other)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    first = scene_cache.SceneCache()
+    painter = renderer.Renderer(first)
+    first.update(depsgraph, seconds=0.0)
+    meshes_read = []
+    while True:
+        meshes_read.append(len({part.mesh for part in first.groups}))
+        painter.refresh()
+        seen = picture(painter)
+        if first.is_complete:
+            break
+        first.read_rest(depsgraph, None, 0.0)
+    assert meshes_read == [1, 2, 3]
+    whole = scene_cache.SceneCache()
+    whole.update(depsgraph)
+    assert whole.is_complete and sum(map(len, whole.groups.values())) == 5
+    assert sum(map(len, first.groups.values())) == 5
+    opened = renderer.Renderer(whole)
+    opened.refresh()
+    assert seen == picture(opened)
+
+
+@pytest.mark.render
+def test_update_reads_all_that_was_left(stage: Stage) -> None:
+    """So that nothing vanishes while an animation plays."""
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    first = scene_cache.SceneCache()
+    first.update(depsgraph, seconds=0.0)
+    assert not first.is_complete
+    stage.objects[2].location.y = 0.5
+    depsgraph.update()
+    first.update(depsgraph)
+    assert first.is_complete and len(first.groups) == 3
+
+
 # ---- where everything is
 
 

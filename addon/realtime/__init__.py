@@ -6,18 +6,20 @@ def register() -> None:
     """Register the engine and its panels; its settings are those of addon.blender.properties."""
     import bpy
 
-    from . import engine, panels
+    from . import engine, panels, preload
 
     bpy.utils.register_class(engine.TrueDiffuseRealtime)
     panels.register()
+    preload.register()
 
 
 def unregister() -> None:
     """Unregister them and free the shaders on the driver."""
     import bpy
 
-    from . import driver, engine, panels
+    from . import driver, engine, panels, preload
 
+    preload.unregister()
     panels.unregister()
     bpy.utils.unregister_class(engine.TrueDiffuseRealtime)
     driver.forget_shaders()

@@ -95,15 +95,18 @@ class Renderer:
             yield f"Compiling {variant.model.stem}"
             compiled(surface_program, variant)
 
-    def begin(self, view: View) -> None:
-        """Start an empty picture of `view`, and draw the shadow maps. Raises DriverError."""
+    def begin(self, view: View, starts_coarse: bool = False) -> None:
+        """Start an empty picture of `view`, and draw the shadow maps. Raises DriverError.
+
+        With `starts_coarse` the first sample ever has coarser shadow maps, for which a driver needs less time.
+        """
         size = (view.width, view.height, self._maps)
         if self._allocated is None or (self._allocated.width, self._allocated.height, self._allocated.maps) != size:
             self._allocated = None  # freed first, as the driver may not have room for both
             self._allocated = RenderTargets(*size)
         self._targets.sum.clear(format="FLOAT", value=TRANSPARENT)
         self._samples = 0
-        self._prepare(view)
+        self._prepare(view, starts_coarse=starts_coarse)
 
     def move(self, view: View, sample: int) -> None:
         """Go on with the picture from a sample on, of the scene and the view as they are now. Raises DriverError."""
@@ -114,12 +117,12 @@ class Renderer:
             self._allocated.sum, self._allocated.sum_buffer = before.sum, before.sum_buffer
         self._prepare(view, sample)
 
-    def _prepare(self, view: View, sample: int = 0) -> None:
+    def _prepare(self, view: View, sample: int = 0, starts_coarse: bool = False) -> None:
         """Draw what samples of `view` from a first one on read."""
         with PROGRAM_LOCK:
             if any(reads_table(variant.features) for variant, _, _ in self._scene.draws):
                 specular_table()  # now, as it has a framebuffer of its own
-            self._shadow_maps.begin(view, sample)
+            self._shadow_maps.begin(view, sample, starts_coarse)
             if self._scene.layers:
                 self._bundles.begin(view, sample)
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the realtime engine draws of a scene, kept between updates: only what changed is read again."""
 
+import math
+import time
 from array import array
 from dataclasses import dataclass, field, replace
 
@@ -48,7 +50,8 @@ class SceneCache:
 
     `groups` has the objects that show each part, as indices of `matrices` (16 floats for each object, column by column, [m]).
     `materials` are those in use, by their session_uid. `environment` is the world. Each is replaced by another when it changes, and
-    `version` counts the changes of the picture. `bounces_light`: as the scene's setting says.
+    `version` counts the changes of the picture. `bounces_light`: as the scene's setting says. `is_complete`: whether all is
+    read.
     """
 
     groups: dict[Part, list[int]] = field(default_factory=dict)
@@ -58,6 +61,7 @@ class SceneCache:
     environment: World = NO_WORLD
     bounces_light: bool = False
     version: int = 0
+    is_complete: bool = True
     _world_suns: tuple[Light, ...] = ()
     _has_moving_world: bool = False  # which follows an object
     _depsgraph: int | None = None  # the address of that of the last update
@@ -138,10 +142,11 @@ class SceneCache:
         lighting = replace(lighting, ambient=has_sky, bounce=has_sky)
         return Variant(material.model, Inputs.of(material.code, is_strip), material.features, False, lighting, is_layer=True)
 
-    def update(self, depsgraph: bpy.types.Depsgraph, is_shown: IsShown | None = None) -> bool:
+    def update(self, depsgraph: bpy.types.Depsgraph, is_shown: IsShown | None = None, seconds: float = math.inf) -> bool:
         """Read what changed since the last update; return whether the picture changes.
 
-        `is_shown` tells whether a viewport shows an object, None that it shows what its view layer does.
+        `is_shown` tells whether a viewport shows an object, None that it shows what its view layer does. After so many `seconds` of
+        processor time what has another mesh is left for `read_rest`.
         """
         before = self.version
         self._is_render = depsgraph.mode == "RENDER"
@@ -159,17 +164,21 @@ class SceneCache:
         identity = self._identity
         if identity is None or changes.scene or changes.geometry or changes.is_empty:
             identity = objects.identity(depsgraph, is_shown)
-        is_stale = identity != self._identity or bool(lacking) or self._is_stale(changes)
+        is_stale = identity != self._identity or not self.is_complete or bool(lacking) or self._is_stale(changes)
         moved = self._read_matrices(depsgraph) if is_stale or changes.moves else set()
         if is_stale or moved is None:
             self._forget(changes.geometry, lacking)
-            self._read_objects(depsgraph, is_shown)
+            self._read_objects(depsgraph, is_shown, seconds)
             self._identity = identity
         if is_stale or moved is None or changes.lights or moved & self._light_objects:
             self._read_lights(depsgraph)
         if moved and moved & self._drawn:
             self.version += 1
         return self.version != before
+
+    def read_rest(self, depsgraph: bpy.types.Depsgraph, is_shown: IsShown | None, seconds: float) -> None:
+        """Read what the last update has left, for so many `seconds` of processor time, and at least one mesh."""
+        self._read_objects(depsgraph, is_shown, seconds)
 
     def follow(self, scene: bpy.types.Scene) -> None:
         """Read the settings of `scene` that are the engine's own, whose changes Blender may not announce."""
@@ -221,8 +230,13 @@ class SceneCache:
             if geometry.isdisjoint(record.uids) and not any(part.material in lacking for part in record.parts)
         }
 
-    def _read_objects(self, depsgraph: bpy.types.Depsgraph, is_shown: IsShown | None) -> None:
-        """Read the objects of which nothing is kept, and sort all into groups."""
+    def _read_objects(self, depsgraph: bpy.types.Depsgraph, is_shown: IsShown | None, seconds: float) -> None:
+        """Read objects of which nothing is kept, for so many `seconds` of processor time, and sort all into groups.
+
+        Those whose mesh has been read take next to no time.
+        """
+        end = None  # set by the first that is read
+        self.is_complete = True
         said: dict[Omission, None] = {}
         groups: dict[Part, list[int]] = {}
         records: dict[RecordKey, Record] = {}
@@ -258,7 +272,14 @@ class SceneCache:
             if not (shown.camera or shown.shadow or shown.diffuse):
                 continue
             key = (self._mesh_key(item), uid, shown)
-            record = records.get(key) or self._records.get(key) or self._record(item, key, layer.material_override)
+            record = records.get(key) or self._records.get(key)
+            if record is None:
+                now = time.thread_time()
+                end = end or now + seconds
+                if now > end and key[0] not in self._meshes:
+                    self.is_complete = False
+                    continue
+                record = self._record(item, key, layer.material_override)
             records[key] = record
             if record.omission:
                 said[record.omission] = None

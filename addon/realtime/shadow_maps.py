@@ -19,6 +19,7 @@ from .scene_bounds import SceneBounds
 from .shadow_bounds import Polygon, ShadowBounds
 from .view import View
 
+COARSE = 2  # by which the first maps are smaller
 FAR = (1e30, 1e30, 1e30, 1e30)
 
 
@@ -38,10 +39,12 @@ class ShadowMaps:
         self._caster_version = -1  # of the scene that has been drawn
         self._is_marked = False  # by the objects it shows, for the light through their surfaces
         self._map: gpu.types.GPUTexture | None = None
+        self._is_coarse = False  # for the next sample
         self._is_stale = True  # since the scene or the view has changed
 
-    def begin(self, view: View, sample: int = 0) -> None:
-        """Prepare for samples of `view` from a first one on."""
+    def begin(self, view: View, sample: int = 0, starts_coarse: bool = False) -> None:
+        """Prepare for samples of `view` from a first one on; with `starts_coarse` its maps are smaller if there are none yet."""
+        self._is_coarse = starts_coarse and self._map is None
         bounds = self._scene.bounds
         self._is_marked = self._scene.cache.has_subsurface
         self.begin_within([self._visible(bounds, view) if bounds else []], sample)
@@ -71,9 +74,10 @@ class ShadowMaps:
         changes = scene.has_transparent_casters or any(light.is_soft for light in scene.cache.lights)
         if not (self._is_stale or changes):
             return
-        self._is_stale = False
+        size = self._size // COARSE if self._is_coarse else self._size
+        self._is_stale, self._is_coarse = self._is_coarse, False
         lights = [light.at_sample(sample, index) for index, light in enumerate(scene.cache.lights)]
-        tiles = shadows.shadow_tiles(lights, self._regions, self._size) if self._regions else []
+        tiles = shadows.shadow_tiles(lights, self._regions, size) if self._regions else []
         before, self._tiles = self._tiles, tiles
         if self._lights is None or lights != self._sampled or tiles != before:
             self._sampled = lights

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A viewport of the realtime engine: each redraw adds a sample until there are enough."""
 
+import math
 from dataclasses import dataclass
 from functools import partial
 
@@ -18,6 +19,8 @@ from .objects import IsShown, has_hidden_collection
 from .renderer import Renderer
 from .scene_cache import SceneCache
 from .view import View, eye_of
+
+FIRST_READING = 0.03  # seconds for objects in the first picture; each redraw after it has twice as many as the one before
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,7 @@ class Viewport:
         self._renderer: Renderer | None = None
         self._picture: Picture | None = None  # None where it has to start anew
         self._sample = 0  # the number of samples in it
+        self._reading = 0.0  # seconds that the next redraw may read objects; none before the first picture
         self._settings: list[Omission] = []  # what settings ask for that is not drawn, at the last picture with all samples
         self._has_read_settings = False
         self._failed_size: tuple[int, int] | None = None  # for which the driver refused something
@@ -45,9 +49,10 @@ class Viewport:
         """Read what changed in the scene; a failure is reported by `engine`."""
         self._failed_size, self._has_read_settings = None, False
         try:
-            if self._cache is None:
-                self._cache = SceneCache()
-            self._cache.update(depsgraph, _filter(context.space_data, depsgraph.view_layer_eval))
+            seconds = math.inf
+            if self._cache is None:  # else nothing may vanish
+                self._cache, self._reading, seconds = SceneCache(), 0.0, FIRST_READING
+            self._cache.update(depsgraph, _filter(context.space_data, depsgraph.view_layer_eval), seconds)
         except Exception as error:
             self._cache = self._renderer = None
             self._report(engine, failure_message(error))
@@ -75,12 +80,17 @@ class Viewport:
                 return
             if self._renderer is None:
                 self._renderer = Renderer(self._cache)
+            if not self._cache.is_complete:
+                if self._reading:
+                    shown = _filter(context.space_data, depsgraph.view_layer_eval)
+                    self._cache.read_rest(depsgraph, shown, self._reading)
+                self._reading = 2.0 * (self._reading or FIRST_READING)
             self._cache.follow(scene)
             # Not in `update`, where Blender may have no graphics context; and Blender calls none where a script sets pixels.
             if self._renderer.refresh():
                 self._picture = None
             self._draw(engine, scene, self._renderer, window.cropped(x, y, width, height), (x, y))
-            is_complete = self._sample >= scene.true_diffuse.viewport_samples
+            is_complete = self._cache.is_complete and self._sample >= scene.true_diffuse.viewport_samples
             if is_complete and not self._has_read_settings:  # now, as nothing waits for it
                 self._settings, self._has_read_settings = list(not_drawn.of_settings(depsgraph)), True
             # Both later, as Blender ignores requests during a redraw.
@@ -107,7 +117,7 @@ class Viewport:
         """Add a sample to the picture of `view`, whose lower left corner is at `corner` of the window [pixels], and draw it."""
         picture = Picture(view, scene.render.filter_size, background(scene, renderer.cache))
         if picture != self._picture:
-            renderer.begin(view)
+            renderer.begin(view, starts_coarse=scene.true_diffuse.viewport_samples > 1)
             self._picture, self._sample = picture, 0
         if self._sample < scene.true_diffuse.viewport_samples:
             renderer.add(view, self._sample, picture.filter_size, picture.background, fades_in=True)
@@ -115,7 +125,8 @@ class Viewport:
         renderer.show_blended(*corner)  # Blender applies the view transform
         lacks = [group.heading for group in not_drawn.grouped([*renderer.cache.warnings, *renderer.warnings])]
         said = f"{lacks[0]}; {len(lacks) - 1} more in Render properties, Not Drawn Here" if len(lacks) > 1 else "".join(lacks)
-        engine.update_stats(f"Sample {self._sample}/{scene.true_diffuse.viewport_samples}", said)
+        so_far = f"Sample {self._sample}/{scene.true_diffuse.viewport_samples}"
+        engine.update_stats(so_far if renderer.cache.is_complete else "Reading the scene", said)
 
 
 def _filter(space: bpy.types.SpaceView3D, layer: bpy.types.ViewLayer) -> IsShown | None:

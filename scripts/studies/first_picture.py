@@ -21,8 +21,11 @@ import gpu
 from mathutils import Matrix
 
 from true_diffuse.addon.measure.record import Record
-from true_diffuse.addon.realtime.driver import forget_shaders
-from true_diffuse.addon.realtime.viewport import Viewport
+from true_diffuse.addon.realtime.driver import TRANSPARENT, forget_shaders
+from true_diffuse.addon.realtime.renderer import Renderer
+from true_diffuse.addon.realtime.shadow_maps import COARSE
+from true_diffuse.addon.realtime.view import View
+from true_diffuse.addon.realtime.viewport import FIRST_READING, Viewport
 from true_diffuse.scenes.subject import ALBEDO_ATTRIBUTE
 from true_diffuse.scripts.studies.competitors import DETAIL, Crowd, Setting
 from true_diffuse.scripts.studies.study import Step, Table
@@ -51,6 +54,8 @@ class Window:
     bl_label = "Realtime"
 
     def __init__(self, crowd: Crowd) -> None:
+        if bpy.app.background:
+            gpu.init()
         view = crowd.view()
         width, height = crowd.size
         place = crowd.scene.camera.matrix_world
@@ -60,7 +65,7 @@ class Window:
         area = next(area for screen in bpy.data.screens for area in screen.areas if area.type == "VIEW_3D")
         region = SimpleNamespace(width=width, height=height, as_pointer=lambda: 0)
         self._context = SimpleNamespace(region=region, region_data=self.seen, space_data=area.spaces.active)
-        self._depsgraph = crowd.scene.view_layers[0].depsgraph
+        self.depsgraph = crowd.scene.view_layers[0].depsgraph
         self._target = gpu.types.GPUTexture(crowd.size, format="RGBA32F")
         self._buffer = gpu.types.GPUFrameBuffer(color_slots=self._target)
 
@@ -73,12 +78,24 @@ class Window:
 
     def read(self, viewport: Viewport) -> None:
         """Have `viewport` read the scene."""
-        viewport.update(self, self._context, self._depsgraph)
+        viewport.update(self, self._context, self.depsgraph)
 
     def draw(self, viewport: Viewport) -> None:
         """Have `viewport` add a sample, and wait until it is there."""
         with self._buffer.bind():
-            viewport.draw(self, self._context, self._depsgraph)
+            viewport.draw(self, self._context, self.depsgraph)
+            self._buffer.read_color(0, 0, 1, 1, 4, 0, "FLOAT")
+
+    def draw_again(self, renderer: Renderer, view: View) -> None:
+        """Have the renderer of a viewport draw what it has from another place, with shadow maps of the size that they have."""
+        width, height = view.width, view.height
+        turned = View(view.projection @ TURN, view.eye, True, width, height)
+        renderer._shadow_maps._size //= COARSE
+        with self._buffer.bind():
+            gpu.state.viewport_set(0, 0, width, height)
+            renderer.begin(turned)
+            renderer.add(turned, 0, 1.5, TRANSPARENT)
+            renderer.show_blended(0, 0)
             self._buffer.read_color(0, 0, 1, 1, 4, 0, "FLOAT")
 
 
@@ -99,12 +116,13 @@ def steps(mesh: bpy.types.Mesh, size: tuple[int, int], quick: bool) -> list[Step
 def measure(mesh: bpy.types.Mesh, size: tuple[int, int], count: int, has_own: bool, detail: float) -> Iterator[Record]:
     """Yield a record of `count` characters, each with a mesh of its own or all with one.
 
-    `reading`: the scene [s], `compiling`: what a first picture takes longer than one with all programs compiled, `drawing`: the
-    next picture of another view, with its shadow map, `sending`: what the first took longer than that.
+    `reading`: what is read of the scene before the first picture [s], `compiling`: what that takes longer than with all programs
+    compiled, `drawing`: another view of what it shows, with its shadow map, `sending`: what it takes longer than that. `redraws`
+    are needed after it until the scene is complete, in which reading takes `completing` [s].
     """
     crowd = Crowd(mesh, size, detail)
     crowd.arrange(Setting(1, count, shadows=True), has_own)
-    crowd.scene.true_diffuse.viewport_samples = 1
+    crowd.scene.true_diffuse.viewport_samples = 2
     window = Window(crowd)
     found = []
     for _ in range(ROUNDS):
@@ -113,10 +131,16 @@ def measure(mesh: bpy.types.Mesh, size: tuple[int, int], count: int, has_own: bo
         for _ in range(2):
             viewport = Viewport()
             times.append((_seconds(partial(window.read, viewport)), _seconds(partial(window.draw, viewport))))
-        window.seen.perspective_matrix = window.seen.perspective_matrix @ TURN
-        again = _seconds(partial(window.draw, viewport))
         (_, cold), (reading, warm) = times
-        found.append({"reading": reading, "sending": warm - again, "drawing": again, "compiling": cold - warm})
+        cache, renderer = viewport._cache, viewport._renderer
+        assert cache and renderer
+        again = _seconds(partial(window.draw_again, renderer, crowd.view()))
+        redraws, completing = 0, 0.0
+        while not cache.is_complete:
+            completing += _seconds(partial(cache.read_rest, window.depsgraph, None, FIRST_READING * 2.0 ** (redraws + 1)))
+            redraws += 1
+        parts = {"reading": reading, "sending": warm - again, "drawing": again, "compiling": cold - warm}
+        found.append({**parts, "redraws": redraws, "completing": completing})
     medians = {key: median(one[key] for one in found) for key in found[0]}
     about = {"characters": count, "triangles": count * crowd.triangles, "meshes": "own" if has_own else "one"}
     yield {"target": "realtime", **about, **medians}
@@ -153,16 +177,17 @@ def modules() -> Iterator[Record]:
 
 
 def table(found: Sequence[Record]) -> Table:
-    """Return columns and rows: milliseconds of each part of a first picture."""
+    """Return columns and rows: milliseconds of each part of a first picture, and what comes after it."""
     parts = ("reading", "sending", "drawing", "compiling")
     rows: list[tuple[str, ...]] = []
     for one in found:
         if "reading" in one:
             about = f"{one['characters']}, {one['meshes']}", f"{one['triangles'] / 1e3:.0f} 000"
-            rows.append((*about, *(f"{1e3 * one[part]:.0f}" for part in parts)))
+            after = f"{1e3 * one['completing']:.0f} in {one['redraws']}" if one["redraws"] else "-"
+            rows.append((*about, *(f"{1e3 * one[part]:.0f}" for part in parts), after))
         elif "loading" in one:
-            rows.append(("modules, once", "-", f"{1e3 * one['loading']:.0f}", "-", "-", "-"))
-    return ("Characters, meshes", "Triangles", "Read the scene", "Send it", "Draw", "Compile"), rows
+            rows.append(("modules, once", "-", f"{1e3 * one['loading']:.0f}", "-", "-", "-", "-"))
+    return ("Characters, meshes", "Triangles", "Read the scene", "Send it", "Draw", "Compile", "Read the rest in redraws"), rows
 
 
 def overhead_table(found: Sequence[Record]) -> Table:

@@ -115,6 +115,8 @@ class Watched:
     def _read(self, _scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         start = time.process_time()
         self._viewport.update(self, self._context, depsgraph)
+        if self._viewport._cache and not self._viewport._cache.is_complete:  # the first picture is to show all, too
+            self._viewport.update(self, self._context, depsgraph)
         self._reading += time.process_time() - start
 
     def _cost(self, change: Callable[[int], object], rounds: int) -> tuple[float, float]:
