@@ -81,7 +81,8 @@ def soft(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     if len(engines) < len(NODE_ENGINES):
         raise BadInput("EEVEE and Cycles are both needed to hold them against each other")
     steps = study.soft(sphere_under_sun(BOTH_SIZE), options.quick)
-    yield Section(steps, {"RMS difference of EEVEE from Cycles under an area light, in %": study.soft_table})
+    title = "RMS difference of EEVEE from Cycles under an area light, in %"
+    yield Section(steps, {title: study.soft_table, "The same, beyond Lambert's": study.beyond_lambert_table})
 
 
 def shadows(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:

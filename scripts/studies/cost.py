@@ -3,7 +3,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from statistics import median
@@ -17,7 +17,7 @@ from mathutils import Matrix
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.engines import CYCLES, EEVEE, Engine
 from true_diffuse.addon.blender.glsl import FULLSCREEN_VERTEX_SHADER, source, triangle
-from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS, FAST, PRECISE
+from true_diffuse.addon.closures.quality import BALANCED, CHOSEN_LIGHTS, EEVEE_LOBES, FAST, PRECISE
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.measure.record import Record
@@ -26,17 +26,19 @@ from true_diffuse.scenes.elements import add, towards
 from true_diffuse.scenes.five_characters import FiveCharacters
 from true_diffuse.scenes.sphere import SphereUnderSun
 from true_diffuse.scripts.studies.formulations import FORMS, Form
-from true_diffuse.scripts.studies.study import Step, Table
+from true_diffuse.scripts.studies.study import Step, Table, text
 
 SIZE, EVALUATIONS = 256, 200  # pixels each way, and evaluations in each
-ROUNDS = 5
+ROUNDS = 3
 SIGMA = 0.33
 FRAME = 256  # pixels across the sphere
 FRAME_OF_FIVE = (400, 180)
 AREA_LIGHTS = ((-3.0, -3.0, 4.0), (3.0, -2.0, 3.0), (0.0, 3.0, 4.0))  # m, in the textured scene
 SAMPLES_OF_TEXTURED = {EEVEE: 16, CYCLES: 64}
-SAMPLES = {EEVEE: 4, CYCLES: 32}
-SAMPLES_OF_FIVE = {EEVEE: 4, CYCLES: 16}
+SAMPLES = {EEVEE: 16, CYCLES: 32}
+SAMPLES_OF_FIVE = {EEVEE: 16, CYCLES: 16}
+ONE_LOBE = "One lobe"  # not a quality: Blender's Diffuse BSDF and, beside it, another one through Shader to RGB
+ANOTHER = "Oren-Nayar 1994"  # a model that is compiled before another one's compile time is taken
 
 
 def forms() -> Iterator[Record]:
@@ -114,7 +116,7 @@ void main() {{
 
 @dataclass(frozen=True)
 class TimedMaterial:
-    """A material of the group, and where it is timed."""
+    """A material of the group, or ONE_LOBE, and how it is timed."""
 
     engine: Engine
     quality: str
@@ -122,10 +124,18 @@ class TimedMaterial:
     shadows: bool = True
     osl: bool = False
 
+    def create(self) -> bpy.types.Material:
+        """Return a new material of it."""
+        if self.quality == ONE_LOBE:
+            return one_lobe()
+        return materials.create(self.quality, ROUGH_DIFFUSE, Model=self.model, Quality=self.quality, Roughness=SIGMA)
+
 
 TIMED_MATERIALS = (
     *(TimedMaterial(EEVEE, quality, "Oren-Nayar", shadows=False) for quality in (FAST, BALANCED, PRECISE, CHOSEN_LIGHTS)),
-    *(TimedMaterial(EEVEE, quality, "Oren-Nayar") for quality in (FAST, BALANCED)),
+    TimedMaterial(EEVEE, PRECISE, "EON", shadows=False),
+    TimedMaterial(EEVEE, ONE_LOBE, "Lambert", shadows=False),
+    *(TimedMaterial(EEVEE, quality, "Oren-Nayar") for quality in (FAST, BALANCED, PRECISE)),
     *(TimedMaterial(CYCLES, BALANCED, model) for model in ("Oren-Nayar", "Fujii", "EON", "Cycles Diffuse")),
     TimedMaterial(CYCLES, CHOSEN_LIGHTS, "Oren-Nayar"),
     TimedMaterial(CYCLES, BALANCED, "Oren-Nayar", osl=True),
@@ -156,11 +166,12 @@ def steps(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine]) 
         scene, lights, seconds_of = places[where]
         chosen_lights.choose(lights)
         scene.cycles.shading_system = timed.osl
-        material = materials.create(timed.quality, ROUGH_DIFFUSE, Model=timed.model, Quality=timed.quality, Roughness=SIGMA)
-        other = own
+        material, other = timed.create(), own
         if where == "textured":
             other = own_textured
             textured.paint(material)
+        is_new = where == "sphere" and not timed.shadows and timed.quality in EEVEE_LOBES
+        compiling = _compile_seconds(partial(seconds_of, timed), timed, material) if is_new else None
         seconds = in_turns({each: partial(seconds_of, timed, each) for each in (material, other)}, ROUNDS)
         yield {
             "scene": where,
@@ -171,6 +182,7 @@ def steps(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine]) 
             "shadows": timed.shadows,
             "render_seconds": median(seconds[material]),
             "own_seconds": median(seconds[other]),
+            "compile_seconds": compiling,
             "ratio": median(a / b for a, b in zip(seconds[material], seconds[other], strict=True)),
         }
 
@@ -179,6 +191,29 @@ def steps(sphere: SphereUnderSun, five: FiveCharacters, used: Sequence[Engine]) 
         for timed, where in product(TIMED_MATERIALS, places)
         if timed.engine in used
     ]
+
+
+def _compile_seconds(
+    seconds_of: Callable[[bpy.types.Material], float], timed: TimedMaterial, material: bpy.types.Material
+) -> float:
+    """Return how much longer the first render of `material` takes than the second [s], after another of its quality."""
+    seconds_of(replace(timed, model=ANOTHER).create())
+    first = seconds_of(material)
+    return first - seconds_of(material)
+
+
+def one_lobe() -> bpy.types.Material:
+    """Return a material of a Diffuse BSDF and, beside it, of another one through Shader to RGB, as each lobe of Precise is."""
+    material, base = materials.create_plain(ONE_LOBE)
+    tree = material.node_tree
+    lobe, color, light, both = (
+        tree.nodes.new(f"ShaderNode{name}") for name in ("BsdfDiffuse", "ShaderToRGB", "Emission", "AddShader")
+    )
+    for start, end in ((lobe, color), (color, light), (base, both)):
+        tree.links.new(start.outputs[0], end.inputs[0])
+    tree.links.new(light.outputs[0], both.inputs[1])
+    tree.links.new(both.outputs[0], tree.get_output_node("ALL").inputs["Surface"])
+    return material
 
 
 class TexturedScene:
@@ -213,12 +248,13 @@ class TexturedScene:
         self.scene.render.resolution_x = self.scene.render.resolution_y = FRAME
 
     def paint(self, material: bpy.types.Material) -> None:
-        """Give the Color of the material's surface the image."""
+        """Give the Color of the material's closures the image."""
         tree = material.node_tree
-        surface = tree.get_output_node("ALL").inputs["Surface"].links[0].from_node
         texture = tree.nodes.new("ShaderNodeTexImage")
         texture.image = self.image
-        tree.links.new(texture.outputs["Color"], surface.inputs["Color"])
+        for node in tree.nodes:
+            if node.type in ("BSDF_DIFFUSE", "GROUP"):
+                tree.links.new(texture.outputs["Color"], node.inputs["Color"])
 
     def seconds(self, timed: TimedMaterial, material: bpy.types.Material) -> float:
         """Return how long a render takes [s]."""
@@ -247,10 +283,19 @@ def table(records: Sequence[Record]) -> Table:
     for record in records:
         if "form" in record:
             operations = "-" if record["operations"] is None else str(record["operations"])
-            rows.append(("GLSL", record["form"], operations, f"{record['nanoseconds']:.2f} ns", ""))
+            rows.append(("GLSL", record["form"], operations, f"{record['nanoseconds']:.2f} ns", "", ""))
         else:
             what = f"{record['quality']}, {record['model']}{', OSL' if record['target'] == 'osl' else ''}"
             shadows = "shadows" if record["shadows"] else "no shadows"
             where = f"{record['engine']}, {record['scene']}"
-            rows.append((where, what, shadows, f"{record['render_seconds']:.2f} s", f"{record['ratio']:.2f}"))
-    return ("Where", "What", "Operations or shadows", "Time", "Over Blender's Diffuse"), rows
+            rows.append(
+                (
+                    where,
+                    what,
+                    shadows,
+                    f"{record['render_seconds']:.2f} s",
+                    f"{record['ratio']:.2f}",
+                    text(record["compile_seconds"], ".1f"),
+                )
+            )
+    return ("Where", "What", "Operations or shadows", "Time", "Over Blender's Diffuse", "Compile, s"), rows
