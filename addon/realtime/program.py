@@ -202,14 +202,14 @@ def surface_program(variant: Variant) -> Program:
         samplers=(dict.fromkeys(SHADOW_TEXTURES, "FLOAT_2D") if lighting.shadows else {})
         | ({"specular_table": "FLOAT_2D"} if has_table else {})
         | ({"world_map": "FLOAT_2D"} if lighting.world_map else {})
-        | ({"bundle_map": "FLOAT_2D"} if lighting.bounce else {})
+        | ({"bundle_map": "FLOAT_2D", "bundle_depths": "FLOAT_2D"} if lighting.bounce else {})
         | ({"farther_map": "DEPTH_2D"} if variant.is_layer else {})
         | ({"numbers": "FLOAT_2D"} if variant.data and variant.data.has_number else {}),
         blocks=({} if variant.data else {"lights": "Lights"})
         | ({"world_tiles": "WorldTiles"} if lighting.world_map else {})
         | ({"bundles": "Bundles"} if lighting.bounce else {}),
         constants={"layer": "IVEC2"} if variant.is_layer else {},
-        outputs=surface_outputs(maps),
+        outputs=(*surface_outputs(maps), *(("out_depth",) if variant.is_layer else ())),
         declarations=light,
     )
 

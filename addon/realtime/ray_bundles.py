@@ -39,7 +39,8 @@ STEPS = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)  # fill a c
 TURN = 0.6180339887498949  # of a map from direction to direction, as a fraction of a turn, so that no texel stays where it is
 FAR = 1e30  # m
 SLACK = 1e-4  # of detail's longest side: its floor is within its box
-EMPTY = (0.0, 0.0, 0.0, -1.0)  # a texel of a layer without a surface
+EMPTY = (0.0, 0.0, 0.0, 0.0)  # a texel of a layer without a surface
+FORMATS = ("RGBA16F", "RG32F")  # of the textures, as in shaders/realtime/ray_bundles.glsl
 MARGIN = 2.0  # texels around what a map has to hold
 # Where the scene is more than WIDER times as wide as the picture is at the nearest detail, as with a ground up to the horizon, what
 # is up to REACH times as far away as that has maps of its own, and the rest those of OUTER of a sample's directions.
@@ -191,7 +192,7 @@ class RayBundles:
     def give(self, shader: gpu.types.GPUShader) -> None:
         """Have `shader` read the maps."""
         shader.uniform_block("bundles", self._block)
-        shader.uniform_sampler("bundle_map", self._maps[0])
+        self._give_maps(shader, 0)
 
     def _allocate(self, size: int) -> None:
         """Make the textures: a row for each map, of its layers. Their depths are in two by turns, as each reads the one before."""
@@ -199,11 +200,13 @@ class RayBundles:
             return
         self._size, self._extent = 0, (LAYERS * size, MAX_BUNDLES * size)
         try:
-            self._maps = [gpu.types.GPUTexture(self._extent, format="RGBA32F") for _ in range(2)]
+            self._maps = [
+                tuple(gpu.types.GPUTexture(self._extent, format=texel_format) for texel_format in FORMATS) for _ in range(2)
+            ]
             self._depths = [gpu.types.GPUTexture(self._extent, format="DEPTH_COMPONENT32F") for _ in range(2)]
             self._buffers = [
-                [gpu.types.GPUFrameBuffer(depth_slot=depth, color_slots=texture) for depth in self._depths]
-                for texture in self._maps
+                [gpu.types.GPUFrameBuffer(depth_slot=depth, color_slots=textures) for depth in self._depths]
+                for textures in self._maps
             ]
         except (RuntimeError, ValueError, MemoryError) as error:
             raise DriverError("The graphics driver has no room for bounced light") from error
@@ -249,7 +252,12 @@ class RayBundles:
                 shader.uniform_sampler("specular_table", specular_table())
         if variant.lighting.bounce:
             shader.uniform_block("bundles", before_block)
-            shader.uniform_sampler("bundle_map", self._maps[1])
+            self._give_maps(shader, 1)
+
+    def _give_maps(self, shader: gpu.types.GPUShader, before: int) -> None:
+        """Have `shader` read the maps of this sample, or for 1 those before."""
+        for name, texture in zip(("bundle_map", "bundle_depths"), self._maps[before], strict=True):
+            shader.uniform_sampler(name, texture)
 
 
 def _fibonacci(number: int, count: int) -> Vector:

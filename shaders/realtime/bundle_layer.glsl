@@ -4,6 +4,7 @@
 // is the layer, layer.y the texels of a square's side.
 
 const float SAME_DEPTH = 2e-6; // what is nearer to each other than this fraction of the map's depth is one surface
+const float LARGEST = 6e4; // radiance that the map's 16 bits hold
 
 bool is_peeled()
 {

@@ -116,6 +116,7 @@ float largest(vec3 color)
 void main()
 {
 #ifdef LAYER
+    vec2 slope = vec2(dFdx(gl_FragCoord.z), dFdy(gl_FragCoord.z));
     if (is_peeled()) {
         discard;
     }
@@ -306,7 +307,7 @@ void main()
     ivec2 maps = bundles_at(world_position);
     for (int k = maps.x; k < maps.y; k++) {
         vec3 l = bundles.towards[k].xyz;
-        vec4 met = bundles.sky[k].w * met_by_ray(k, world_position, unmapped);
+        vec4 met = bundles.sky[k].w * met_by_ray(k, world_position, unmapped, is_front());
 #ifdef LAYER
         met.rgb = vec3(0.0); // light bounces once
 #endif
@@ -410,11 +411,13 @@ void main()
 #endif
 #endif
 #ifdef LAYER
+    out_radiance = vec4(min(radiance + weight * diffuse, LARGEST), slope.x * float(layer.y));
 #if defined(OPACITY) || defined(TRANSMISSION)
-    out_radiance = vec4(radiance + weight * diffuse, gl_FragCoord.z + TRANSPARENT_DEPTH);
+    float depth = gl_FragCoord.z + TRANSPARENT_DEPTH;
 #else
-    out_radiance = vec4(radiance + weight * diffuse, gl_FragCoord.z);
+    float depth = gl_FragCoord.z;
 #endif
+    out_depth = vec4(is_front() ? depth : -depth, slope.y * float(layer.y), 0.0, 0.0);
 #else
     out_radiance = vec4(radiance + weight * diffuse + shown * glossy, 1.0);
 #endif
