@@ -70,10 +70,10 @@ def _modules() -> tuple["ModuleType", ...]:
     """Return the modules that register something with Blender, in order."""
     from . import gltf, operators, realtime, ui, usd
     from .blender import asset_library, properties
-    from .handlers import lights, sharing
+    from .handlers import lights, new_nodes
     from .ui import preferences
 
-    return preferences, properties, operators, ui, realtime, usd, gltf, lights, sharing, asset_library
+    return preferences, properties, operators, ui, realtime, usd, gltf, lights, new_nodes, asset_library
 
 
 def register() -> None:

@@ -60,20 +60,6 @@ def test_closed_body_shows_no_light_from_behind(engine: engines.Engine, thicknes
         assert solid.leak(material, engine, 120.0, shadows) == 0.0
 
 
-def test_material_says_how_thick_it_is_unless_its_look_depends_on_it() -> None:
-    material = materials.create("Rough", ROUGH_DIFFUSE)
-    tree = material.node_tree
-    socket = tree.get_output_node("EEVEE").inputs["Thickness"]
-    assert socket.links[0].from_node.outputs[0].default_value == materials.THICK
-    count = len(tree.nodes)
-    materials.set_thickness(material)
-    assert len(tree.nodes) == count
-    tree.links.remove(socket.links[0])
-    tree.nodes.new("ShaderNodeSubsurfaceScattering")
-    materials.set_thickness(material)
-    assert not socket.is_linked
-
-
 NODES = [(PAPER, "Balanced"), (SPECULAR, "Balanced"), (SPECULAR, "Exact for Chosen Lights")]
 
 

@@ -8,7 +8,7 @@ import pytest
 from true_diffuse.addon.blender.engines import Engine
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import error
-from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE, Group
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
 from true_diffuse.addon.nodes.graph import GROUP_ID
 from true_diffuse.addon.nodes.subsurface import METHOD
 from true_diffuse.scenes.sphere import COLOR, SphereUnderSun, sphere_under_sun
@@ -70,30 +70,14 @@ def test_thickness_is_the_medium_s() -> None:
     assert thickness_of(material) == socket
 
 
-def test_thickness_that_is_linked_stays() -> None:
-    material = materials.create("Skin", SUBSURFACE)
-    tree = material.node_tree
-    value = tree.nodes.new("ShaderNodeValue")
-    tree.links.new(value.outputs[0], tree.get_output_node("EEVEE").inputs["Thickness"])
-    materials.set_thickness(material)
-    assert thickness_of(material) == value.outputs[0]
-
-
-@pytest.mark.parametrize(("first", "second"), [(ROUGH_DIFFUSE, SUBSURFACE), (SUBSURFACE, ROUGH_DIFFUSE)])
-def test_thickness_does_not_depend_on_the_order_of_adding(first: Group, second: Group) -> None:
-    material = materials.create("Both", first)
-    materials.add_group(material.node_tree, second)
-    materials.set_thickness(material)
-    assert thickness_of(material).node.node_tree.name == SUBSURFACE.name
-    assert material.use_thickness_from_shadow
-
-
 def test_older_version_of_the_group_is_still_translucent() -> None:
     tree = SUBSURFACE.ensure()
     tree[GROUP_ID] = f"{SUBSURFACE.key}/0"
     tree.interface.remove(tree.interface.items_tree["Thickness"])  # as before version 6
     material = materials.create("Old", ROUGH_DIFFUSE)
-    material.node_tree.nodes.new("ShaderNodeGroup").node_tree = tree
+    added = material.node_tree.nodes.new("ShaderNodeGroup")
+    added.node_tree = tree
+    material.node_tree.links.new(added.outputs["BSDF"], material.node_tree.get_output_node("EEVEE").inputs["Surface"])
     materials.set_thickness(material)
     assert not material.node_tree.get_output_node("EEVEE").inputs["Thickness"].is_linked
 

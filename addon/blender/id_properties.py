@@ -7,3 +7,4 @@ SPECIALIZED_FOR = "true_diffuse_least_for"  # of a tree that an earlier version 
 LIGHT_TYPES = "true_diffuse_light_types"  # of a tree of chosen lights: the types that their nodes were made for, in their order
 CONVERTED_FROM = "true_diffuse_converted_from"  # of a node of ours: what it was before, see `material.original.Original`
 THICKNESS_CHANGED = "true_diffuse_thickness_changed"  # of a material: we have switched its Thickness From Shadow on
+THICKNESS_OF = "true_diffuse_thickness_of"  # of a material: the name of the node for which we have set its Thickness

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Materials made of True Diffuse groups."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import bpy
 
-from ..blender.id_properties import THICKNESS_CHANGED
+from ..blender.id_properties import THICKNESS_CHANGED, THICKNESS_OF
 from ..nodes import PRINCIPLED, SUBSURFACE, Group
 from ..nodes.graph import key_and_version
 from ..nodes.subsurface import THICKNESS
+from .links import Place, source
 
 type Setting = float | str | tuple[float, ...]
 THICK = 100.0  # m; EEVEE reduces it where shadows show less, down to a thousandth
@@ -49,45 +50,89 @@ def set_inputs(node: bpy.types.Node, inputs: Mapping[str, Setting]) -> None:
 
 
 def set_thickness(material: bpy.types.Material) -> None:
-    """Set the thickness that EEVEE takes `material` for, unless it is linked: THICK where no light passes, else from shadows.
+    """Set the thickness that EEVEE takes `material` for by its surface, unless the artist has linked it, or removed our link.
 
-    What the group Subsurface says of its medium is the most that shadows are asked for.
+    It is THICK where a group of ours is and no light passes. Where the group Subsurface is, it is from shadows, and what the group
+    says of its medium is the most that these are asked for. A group that is inside another one of the artist's has no output for
+    that in the material's own tree.
 
     The Subsurface closure of Rough Diffuse scatters nothing, but EEVEE keeps its radius in steps of 2 mm, dithered. Then light from
     behind comes through meshes that are less than two steps across. For the group Subsurface EEVEE's own thickness, the object's
     size, would let no light through an ear.
     """
     tree = material.node_tree
-    output = tree.get_output_node("EEVEE")
+    output = tree.get_output_node("EEVEE") if tree else None
     if output is None:
         return
-    if any(map(_transmits, tree.nodes)):
-        for node in [node for node in tree.nodes if node.label == THICK_LABEL]:
-            tree.nodes.remove(node)
-        media = [node for node in tree.nodes if key_and_version(node)[0] == SUBSURFACE.key]
-        if media and not material.use_thickness_from_shadow:
-            material.use_thickness_from_shadow = material[THICKNESS_CHANGED] = True
-        limit = next((node.outputs[THICKNESS] for node in media if THICKNESS in node.outputs), None)
-        if limit and not output.inputs["Thickness"].is_linked:
-            tree.links.new(limit, output.inputs["Thickness"])
-    elif not output.inputs["Thickness"].is_linked:
-        thick = tree.nodes.new("ShaderNodeValue")
-        # small, between the output and the node of its surface
-        thick.label, thick.width, thick.hide = THICK_LABEL, 180.0, True
-        thick.location = output.location.x - thick.width - 9.0, output.location.y - 105.0
-        thick.outputs[0].default_value, thick.select = THICK, False
-        tree.links.new(thick.outputs[0], output.inputs["Thickness"])
+    socket = output.inputs["Thickness"]
+    now = socket.links[0].from_node if socket.is_linked else None
+    is_thick = now is not None and now.label == THICK_LABEL
+    is_medium = now is not None and not is_thick and key_and_version(now)[0] == SUBSURFACE.key
+    if now is not None and not (is_thick or is_medium):
+        return
+    limits: dict[str, bpy.types.NodeSocket] = {}  # by the names of nodes
+    ours, transmits = [], False
+    for key, node, groups in closures_of(output):
+        transmits = transmits or _transmits(key, node)
+        if key:
+            ours.append((groups or (node,))[0].name)
+        if key == SUBSURFACE.key and not groups and THICKNESS in node.outputs:
+            limits[node.name] = node.outputs[THICKNESS]
+    if is_thick and transmits:
+        tree.nodes.remove(now)
+        material.pop(THICKNESS_OF, None)
+        now, is_thick = None, False
+    name = now.name if now else ""
+    if limits:
+        fits, names = is_medium and name in limits, list(limits)
+    elif ours and not transmits:
+        fits, names = is_thick, ours
+    else:
+        return
+    decided = material.get(THICKNESS_OF)
+    if fits or (now is None and decided in names):
+        if decided is None:  # by a version that did not say so
+            material[THICKNESS_OF] = name if limits else names[0]
+        return
+    material[THICKNESS_OF] = names[0]
+    if limits and not material.use_thickness_from_shadow:
+        material.use_thickness_from_shadow = material[THICKNESS_CHANGED] = True
+    tree.links.new(limits[names[0]] if limits else _add_thick(tree, output).outputs[0], socket)
 
 
-def _transmits(node: bpy.types.Node) -> bool:
-    """Return whether `node` may let light through, so that its appearance depends on the thickness."""
-    key, _ = key_and_version(node)
+def closures_of(output: bpy.types.Node) -> Iterator[tuple[str, bpy.types.Node, tuple[bpy.types.Node, ...]]]:
+    """Yield the nodes that the surface of a material's `output` is made of, through groups of the artist, too.
+
+    Each comes with the key of our group that it is, empty if it is none, and the groups that hold it, from the outside in.
+    """
+    seen: set[tuple[bpy.types.Node, tuple[bpy.types.Node, ...]]] = set()
+    waiting = [Place(output.inputs["Surface"])]
+    while waiting:
+        place = source(waiting.pop())
+        node = place.node
+        if place.socket.is_output and (node, place.groups) not in seen:
+            seen.add((node, place.groups))
+            key, _ = key_and_version(node)
+            yield key, node, place.groups
+            if not key:
+                waiting += [inside for inside in reversed(place.inputs()) if inside.socket.type == "SHADER"]
+
+
+def _add_thick(tree: bpy.types.ShaderNodeTree, output: bpy.types.Node) -> bpy.types.Node:
+    """Return a new node of THICK, small, between the output and the node of its surface."""
+    thick = tree.nodes.new("ShaderNodeValue")
+    thick.label, thick.width, thick.hide = THICK_LABEL, 180.0, True
+    thick.location = output.location.x - thick.width - 9.0, output.location.y - 105.0
+    thick.outputs[0].default_value, thick.select = THICK, False
+    return thick
+
+
+def _transmits(key: str, node: bpy.types.Node) -> bool:
+    """Return whether `node`, our group of that `key` or none, may let light through, so that its look depends on the thickness."""
     if node.type == "BSDF_PRINCIPLED" or key == PRINCIPLED.key:
         weights = (node.inputs["Transmission Weight"], node.inputs["Subsurface Weight"])
         return any(weight.is_linked or weight.default_value > 0.0 for weight in weights)
-    if node.type == "GROUP":
-        return key in ("", SUBSURFACE.key)
-    return node.type in TRANSMITTING
+    return key == SUBSURFACE.key or node.type in TRANSMITTING
 
 
 def _blank(name: str) -> bpy.types.Material:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import bpy
 
 from ..blender import fcurves
-from ..blender.id_properties import GROUP_ID, THICKNESS_CHANGED
+from ..blender.id_properties import GROUP_ID, THICKNESS_CHANGED, THICKNESS_OF
 from ..models import by_label
 from ..nodes import GROUPS, PRINCIPLED, ROUGH_DIFFUSE, SUBSURFACE
 from ..nodes.graph import key_and_version
@@ -327,6 +327,6 @@ def _restore_thickness(material: bpy.types.Material) -> None:
         return
     for node in [node for node in material.node_tree.nodes if node.label == THICK_LABEL]:
         material.node_tree.nodes.remove(node)
-    if THICKNESS_CHANGED in material:
+    material.pop(THICKNESS_OF, None)
+    if material.pop(THICKNESS_CHANGED, False):
         material.use_thickness_from_shadow = False
-        del material[THICKNESS_CHANGED]

@@ -14,7 +14,7 @@ from ..blender.engines import CYCLES, EEVEE, ENGINES, REALTIME, Engine, uses_osl
 from ..blender.id_properties import SPECIALIZED_FOR
 from ..closures import lobe_error
 from ..closures.lobe import CYCLES as CYCLES_LOBES
-from ..closures.lobe import SINGLE
+from ..closures.lobe import PAIR, SIGNED, SINGLE
 from ..closures.lobes import Rendered
 from ..closures.quality import CHOSEN_LIGHTS, EEVEE_LOBES
 from ..models import Model, ReflectanceModel, Specular, by_label
@@ -207,6 +207,21 @@ def mapped_error(summary: MaterialSummary, material: bpy.types.Material, scene: 
         return ""  # it may differ from place to place
     error = _mapped_error(model, model.shape(summary.shape_inputs))
     return f"Mapped normals: {100.0 * error:.2g} % (RMS) at 30 degrees, {beside}"
+
+
+def thickness_message(summary: MaterialSummary, material: bpy.types.Material, scene: bpy.types.Scene) -> str:
+    """Return a message: what EEVEE shows as the material has no thickness. Empty where it has one, needs none, or in other engines.
+
+    Materials from other files and nodes inside a group of the artist may lack it: see `materials.set_thickness`.
+    """
+    output = material.node_tree.get_output_node("EEVEE")
+    if engine_of(scene) is not EEVEE or output is None or output.inputs["Thickness"].is_linked or group_node(material) is None:
+        return ""
+    if summary.group == SUBSURFACE.key:
+        return "No light comes through here: Thickness is not linked to the Material Output's"
+    if summary.lobe_set(EEVEE) in (PAIR, SIGNED) and summary.rough_fraction == 1.0:
+        return "Light from behind may show on thin meshes: the Material Output's Thickness is not linked"
+    return ""
 
 
 @functools.lru_cache(maxsize=256)

@@ -30,7 +30,7 @@ class AddNode(Operator):
 
     def add(self, context: bpy.types.Context, name: str, group: "Group", inputs: "Mapping[str, Setting]") -> set[str]:
         """Add a node that holds `group`, its sockets set to `inputs`, and report `name`; returns what `execute` does."""
-        from ..material.materials import add_group, set_inputs, set_thickness
+        from ..material.materials import add_group, set_inputs
 
         tree, group_tree = context.space_data.edit_tree, group.ensure()
         if group_tree == tree or group_tree.contains_tree(tree):
@@ -39,7 +39,6 @@ class AddNode(Operator):
             node.select = False
         node = add_group(tree, group)
         set_inputs(node, inputs)
-        set_thickness(context.space_data.id)
         node.location = context.space_data.cursor_location
         tree.nodes.active = node
         self.report({"INFO"}, f"Added {name}")

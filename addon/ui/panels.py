@@ -191,11 +191,12 @@ def draw_accuracy(
     layout: bpy.types.UILayout, scene: bpy.types.Scene, material: bpy.types.Material, summary: "MaterialSummary"
 ) -> None:
     """Draw the stated error of the formulas that `summary` names, and the last measurement of the material's surface."""
-    from ..material.summary import mapped_error, material_summary, stated_error
+    from ..material.summary import mapped_error, material_summary, stated_error, thickness_message
 
     first, *rest = _wrap(stated_error(summary, scene) or "Not measured yet")
     layout.label(text=first, icon="INFO")
-    _caption(layout, *rest, *_wrap(mapped_error(summary, material, scene)))
+    notes = mapped_error(summary, material, scene), thickness_message(summary, material, scene)
+    _caption(layout, *rest, *(line for note in notes for line in _wrap(note)))
     layout.operator(TRUE_DIFFUSE_OT_measure.bl_idname)
     _draw_running(layout, TRUE_DIFFUSE_OT_measure)
     measurement = measurements.get(material.session_uid)
