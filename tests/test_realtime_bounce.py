@@ -175,6 +175,18 @@ def test_furnace(scene: bpy.types.Scene) -> None:
     assert drawn(scene) == pytest.approx([EMITTED * (1.0 + ALBEDO)] * SIZE**2, rel=0.01)
 
 
+@pytest.mark.parametrize("samples", [1, 3])
+def test_nothing_is_below_zero_unless_a_light_is(scene: bpy.types.Scene, samples: int) -> None:
+    """So few directions hide up to 1.3 times the sky from a corner of a closed box; a light of negative power takes light away."""
+    closed_box(scene, diffuse(ALBEDO))
+    scene.world = uniform_world(strength=SKY)
+    assert min(drawn(scene, samples)) >= 0.0
+    lamp = bpy.data.lights.new("Lamp", "POINT")
+    lamp.energy = -10.0
+    add(scene, "Lamp", lamp)
+    assert min(drawn(scene, samples)) < -0.1
+
+
 def test_no_sky_shines_into_a_closed_box(scene: bpy.types.Scene) -> None:
     """All is left of it is the directions' error, of the walls and of what they bounce; in the open, it were ALBEDO SKY."""
     closed_box(scene, diffuse(ALBEDO))

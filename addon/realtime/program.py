@@ -433,7 +433,7 @@ def accumulate_program() -> Program:
 
 def resolve_program() -> Program:
     """Return the program that draws the mean of all samples."""
-    return _fullscreen_program("resolve", ("sum_map",), {"weight": "FLOAT", "corner": "VEC2"})
+    return _fullscreen_program("resolve", ("sum_map",), {"weight": "FLOAT", "corner": "VEC2", "least": "FLOAT"})
 
 
 def depth_program() -> Program:

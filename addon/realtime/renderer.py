@@ -85,6 +85,17 @@ class Renderer:
         """What the gather pass reads, nothing where there is none."""
         return gather_maps(self.cache.lighting().shadows) if self.cache.has_subsurface else ()
 
+    @property
+    def _least(self) -> float:
+        """The least radiance of a picture [W/(m^2 sr)].
+
+        Few directions of bounced light may take away more of the sky than there is, from what sees little of it; where nothing
+        takes light away, as lights of negative power do, that is none.
+        """
+        cache = self.cache
+        shining = (*cache.world, *(strength for light in cache.lights for strength in light.strength))
+        return 0.0 if cache.bounces_light and min(shining) >= 0.0 else -1e30
+
     def refresh(self) -> bool:
         """Send to the driver what has changed in `cache` or in the pixels of its images; return whether there is anything."""
         return self._scene.refresh()
@@ -154,6 +165,7 @@ class Renderer:
             shader.uniform_sampler("sum_map", self._targets.sum)
             shader.uniform_float("weight", 1.0 / self._samples)
             shader.uniform_float("corner", (x, y))
+            shader.uniform_float("least", self._least)
             self._triangle.draw(shader)
             gpu.shader.unbind()  # else Blender keeps what forget_shaders frees
 

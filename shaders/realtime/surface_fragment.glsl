@@ -303,6 +303,9 @@ void main()
     }
 #ifdef BOUNCE
     vec3 bounced = vec3(0.0); // what rays that meet other surfaces change of the ambient term
+#ifdef LAYER
+    vec3 open = vec3(0.0); // what the directions make of a sky that nothing hides
+#endif
     vec4 met_around = vec4(0.0); // rgb: mean of the radiance they meet, w: fraction of them, weighted by the cosine
     ivec2 maps = bundles_at(world_position);
     for (int k = maps.x; k < maps.y; k++) {
@@ -310,6 +313,7 @@ void main()
         vec4 met = bundles.sky[k].w * met_by_ray(k, world_position, unmapped, is_front());
 #ifdef LAYER
         met.rgb = vec3(0.0); // light bounces once
+        open += bundles.sky[k].w * bundles.sky[k].rgb * (BASE_RADIANCE);
 #endif
         vec3 irradiance = met.rgb - met.w * bundles.sky[k].rgb;
         bounced += irradiance * (BASE_RADIANCE);
@@ -384,6 +388,9 @@ void main()
 #endif
 #endif
 #ifdef BOUNCE
+#ifdef LAYER
+    bounced *= min(around * (BASE_ALBEDO(mu)) / max(open, 1e-6), 1e3); // few directions are not to hide more than there is
+#endif
     diffuse += bounced;
 #ifdef HIGHLIGHT
     diffuse += (ALBEDO(mu) - BASE_ALBEDO(mu)) * (met_around.rgb - met_around.w * around);
