@@ -5,12 +5,16 @@ import math
 import random
 from statistics import fmean
 
+import bpy
+
 import pytest
 
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
-from true_diffuse.addon.nodes import SUBSURFACE
+from true_diffuse.addon.nodes import ROUGH_DIFFUSE, SUBSURFACE
+from true_diffuse.addon.realtime.scene_cache import SceneCache
+from true_diffuse.scenes.elements import add, uniform_world
 from true_diffuse.scenes.slab import slab
 from true_diffuse.scripts.studies import thin
 from true_diffuse.scripts.studies.slab_light import half_plane
@@ -48,6 +52,62 @@ def test_slab_lit_from_behind_lets_through_what_theory_says(preset: str, thickne
     """To 4 %: 1.5 of the fit, and 2 of the samples' noise and of light from farther than their points. Red alone is above 1 %."""
     red, *_ = thin.through(thickness, thin.skin(preset), engines.REALTIME, 32)
     assert red == pytest.approx(thin.expected(preset, thickness)[0], rel=0.04)
+
+
+@pytest.mark.usefixtures("empty_file", "registered", "driver")
+@pytest.mark.render
+def test_light_without_shadows_comes_through_whatever_is_before_it() -> None:
+    """To the same 4 %, through the slab and past a board between it and the sun."""
+    scene, body, sun = thin.lit_from_behind(2.0, thin.skin("fair_skin"))
+    board = bpy.data.meshes.new("Board")
+    board.from_pydata([(-1.0, -1.0, -0.1), (1.0, -1.0, -0.1), (1.0, 1.0, -0.1), (-1.0, 1.0, -0.1)], [], [(0, 1, 2, 3)])
+    before = add(scene, "Board", board)
+    for shadows, wanted in ((False, thin.expected("fair_skin", 2.0)[0]), (True, 0.0)):
+        with render.measurement_scene(scene, body, sun, shadows=shadows) as measured:
+            measured.collection.objects.link(before)
+            _, rgb = render.radiance(measured, engines.REALTIME, 32)
+        assert fmean(rgb[::3]) == pytest.approx(wanted, rel=0.04)
+
+
+def lines(scene: bpy.types.Scene) -> list[str]:
+    """Return what a picture of `scene` lacks."""
+    cache = SceneCache()
+    cache.update(scene.view_layers[0].depsgraph)
+    return list(map(str, cache.warnings))
+
+
+@pytest.mark.usefixtures("empty_file", "registered")
+def test_what_does_not_come_through_is_said() -> None:
+    scene, body, sun = thin.lit_from_behind(2.0, thin.skin("fair_skin"))
+    layer = scene.view_layers[0]
+    assert not lines(scene)
+    scene.world = uniform_world()
+    layer.update()
+    assert not lines(scene)  # it comes through where the sun shines
+    sun.hide_viewport = True
+    layer.update()
+    assert lines(scene) == ["the world's light comes through thin matter only where a light shines"]
+    body.data.materials[0] = materials.create("Rough", ROUGH_DIFFUSE)
+    layer.update()
+    assert not lines(scene)
+    body.data.materials[0] = bpy.data.materials["fair_skin"]
+    tree = scene.world.node_tree
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    background = next(node for node in tree.nodes if node.type == "BACKGROUND")
+    tree.links.new(sky.outputs["Color"], background.inputs["Color"])
+    layer.update()
+    assert lines(scene) == ["of the world's light, only that of its suns comes through thin matter"]
+
+
+@pytest.mark.usefixtures("empty_file", "registered")
+def test_curves_of_a_medium_are_said() -> None:
+    scene, *_ = thin.lit_from_behind(2.0, thin.skin("fair_skin"))
+    curves = bpy.data.hair_curves.new("Hair")
+    curves.add_curves([3])
+    curves.materials.append(thin.skin("deep_skin"))
+    add(scene, "Hair", curves)
+    scene.view_layers[0].update()
+    assert lines(scene) == ["deep_skin: no light comes through curves"]
 
 
 @pytest.mark.usefixtures("empty_file", "registered", "driver")

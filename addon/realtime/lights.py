@@ -56,7 +56,8 @@ class Light:
     def to_bytes(self, first_tile: int = 0, tiles: int = 0) -> bytes:
         """Return the struct Light of shaders/lights.glsl with its tiles of the shadow map. Raises ValueError for unknown kinds."""
         first, second = (*self.position, LIGHT_TYPES.index(self.kind), *self.axis, self.edge), (*self.strength, self.fade)
-        return struct.pack("20f", *first, *second, *self.x_axis, first_tile, *self.y_axis, tiles)
+        counted = tiles if self.casts_shadow else -tiles  # no surface is shaded by them
+        return struct.pack("20f", *first, *second, *self.x_axis, first_tile, *self.y_axis, counted)
 
     def at_sample(self, sample: int, index: int) -> "Light":
         """Return the point of the light that a sample of a picture sees, as a light without size; the first sees its center.

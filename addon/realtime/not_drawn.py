@@ -113,6 +113,20 @@ def of_settings(depsgraph: bpy.types.Depsgraph) -> Iterator[Omission]:
             yield Omission(icon, what, item.name)
 
 
+def of_light_through(curves: Iterable[str], has_lights: bool, is_even: bool, is_black: bool) -> Iterator[Omission]:
+    """Yield what does not come through thin matter, of a scene that has some.
+
+    `curves`: the names of the translucent materials of curves. The light of a world that `is_even` comes through what lights show
+    to be thin. `is_black` says whether the even one is.
+    """
+    for name in curves:
+        yield Omission("MATERIAL", "no light comes through curves", name)
+    if not is_even:
+        yield Omission("WORLD", "of the world's light, only that of its suns comes through thin matter")
+    elif not (has_lights or is_black):
+        yield Omission("WORLD", "the world's light comes through thin matter only where a light shines")
+
+
 def _is_pass(setting: str) -> bool:
     return setting.startswith("use_pass_") and setting not in PASSES
 

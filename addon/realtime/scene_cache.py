@@ -15,7 +15,7 @@ from .expressions import MeshAttribute
 from .lights import Light, read_light
 from .materials import GLOSSY, HOLDOUT, OUR_SAMPLERS, RenderMaterial, render_material, samplers
 from .meshes import Mesh, is_finite
-from .not_drawn import Omission
+from .not_drawn import Omission, of_light_through
 from .objects import Identity, IsShown, Part, Visibility
 from .particle_hair import hair_material, hair_strips, hair_systems
 from .program import MAX_LIGHTS, Inputs, Lighting, Variant
@@ -112,12 +112,16 @@ class SceneCache:
         missing = {name for material in used.values() for name in material.missing}
         losses = [Omission("MATERIAL", str(loss), self._names[uid]) for uid, material in used.items() for loss in material.losses]
         said = [line for about in ("objects", "world", "lights") for line in self._said.get(about, ())]
+        if self.has_subsurface:
+            strips = {part.material for part in self.groups if part.is_strip}
+            curves = sorted(self._names[uid] for uid, material in used.items() if uid in strips and material.has_subsurface)
+            said += of_light_through(curves, bool(self.lights), self.environment.is_even, not any(self.world))
         return [*said, *(Omission("IMAGE_DATA", "the image cannot be read", name) for name in sorted(missing)), *losses]
 
     def lighting(self) -> Lighting:
         """Return what the scene's lights and world ask of all surface shaders."""
         types = frozenset(light.kind for light in self.lights)
-        has_shadows, world = any(light.casts_shadow for light in self.lights), self.environment
+        has_shadows, world = any(light.casts_shadow or self.has_subsurface for light in self.lights), self.environment
         if world.may_have_suns:  # whether it has them now or not, so that one that turns compiles nothing
             types |= {"SUN"}
             has_shadows |= world.has_shadows

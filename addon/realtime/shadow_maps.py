@@ -77,7 +77,7 @@ class ShadowMaps:
         size = self._size // COARSE if self._is_coarse else self._size
         self._is_stale, self._is_coarse = self._is_coarse, False
         lights = [light.at_sample(sample, index) for index, light in enumerate(scene.cache.lights)]
-        tiles = shadows.shadow_tiles(lights, self._regions, size) if self._regions else []
+        tiles = shadows.shadow_tiles(lights, self._regions, size, self._is_marked) if self._regions else []
         before, self._tiles = self._tiles, tiles
         if self._lights is None or lights != self._sampled or tiles != before:
             self._sampled = lights
@@ -116,13 +116,16 @@ class ShadowMaps:
     def _draw(self, tiles: Sequence[shadows.Tile], sample: int) -> None:
         """Draw `tiles` of the shadow map anew, transparent casters as this sample sees them."""
         scene = self._scene
-        opaque = [part for part, code in scene.casters if code is None]
-        meshes, strips = ([part for part in opaque if part.is_strip == is_strip] for is_strip in (False, True))
-        transparent = [(part, code) for part, code in scene.casters if code is not None]
         with self._buffer.bind():
             use_depth_test()
             gpu.state.scissor_test_set(True)
             for tile in tiles:
+                casters = scene.casters
+                if not self._sampled[tile.light].casts_shadow:  # nothing is before what its light comes through
+                    casters = [(part, code) for part, code in casters if scene.cache.materials[part.material].has_subsurface]
+                opaque = [part for part, code in casters if code is None]
+                meshes, strips = ([part for part in opaque if part.is_strip == is_strip] for is_strip in (False, True))
+                transparent = [(part, code) for part, code in casters if code is not None]
                 self._buffer.viewport_set(tile.x, tile.y, tile.size, tile.size)
                 gpu.state.scissor_set(tile.x, tile.y, tile.size, tile.size)
                 self._buffer.clear(color=FAR, depth=1.0)

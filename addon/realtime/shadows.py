@@ -62,14 +62,15 @@ class Frustum:
     center: tuple[float, float] = (0.0, 0.0)
 
 
-def shadow_tiles(lights: Sequence[Light], regions: Sequence[ShadowBounds], map_size: int) -> list[Tile]:
+def shadow_tiles(lights: Sequence[Light], regions: Sequence[ShadowBounds], map_size: int, of_all: bool = False) -> list[Tile]:
     """Return the tiles of the lights that cast shadows, in their order, of one size, the largest at which all have room.
 
-    They hold what is within `regions`, the first of them in a light's first tiles, in as many texels as a square of `map_size` has.
+    With `of_all` there are those of the others, too, for what their light comes through. They hold what is within `regions`, the
+    first of them in a light's first tiles, in as many texels as a square of `map_size` has.
     """
     frusta = []
     for index, light in enumerate(lights):
-        for bounds in regions if light.casts_shadow else ():
+        for bounds in regions if light.casts_shadow or of_all else ():
             if (shade := bounds.shade(light)).points:
                 frusta += [(index, bounds, shade, frustum) for frustum in _frusta(light, shade.points)]
     count = max(1, len(frusta))

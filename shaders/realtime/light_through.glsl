@@ -41,7 +41,7 @@ bool is_seen(vec3 point, float number)
 // Returns the row of `shadow_tiles` of the tile of a light that holds a point, -1 without one.
 int tile_at(Light light, vec3 point, out mat4 matrix)
 {
-    int first = int(light.x_axis.w), count = int(light.y_axis.w);
+    int first = int(light.x_axis.w), count = abs(int(light.y_axis.w)); // below 0 of a light without shadows
     for (int row = first; row < first + count; row++) {
         matrix = mat4(texelFetch(shadow_tiles, ivec2(0, row), 0), texelFetch(shadow_tiles, ivec2(1, row), 0),
             texelFetch(shadow_tiles, ivec2(2, row), 0), texelFetch(shadow_tiles, ivec2(3, row), 0));
