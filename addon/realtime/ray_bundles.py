@@ -28,11 +28,12 @@ SMALLEST, LARGEST = 128, 1024  # texels of a map's side, which otherwise is abou
 LAYERS = 4  # of surfaces behind each other; a point behind more of them meets the nearest of these
 SHADOW_SIZE = 2048  # texels
 # The points of a spiral over the sphere, in the order in which they are taken: so that at any time the cosine around any normal is
-# integrated well by those that have been, the first 4, 8, 16, 32 and 64 of them with an RMS error of 10, 10, 5, 3 and 0.4 %.
+# integrated well by those that have been, the first 4, 8, 16, 32 and 64 of them with an RMS error of 10, 8, 4, 2 and 0.4 %, and by
+# those of each sample (scripts/fit/bundle_directions.py).
 # fmt: off
 ORDER = (
-    18, 63, 19, 25, 11, 42, 51, 23, 37, 2, 30, 57, 62, 20, 13, 27, 1, 40, 41, 47, 44, 50, 0, 43, 58, 16, 15, 38, 32, 5, 17, 52,
-    14, 10, 46, 55, 53, 39, 3, 33, 48, 9, 21, 49, 54, 45, 26, 4, 60, 35, 8, 28, 12, 31, 61, 24, 59, 29, 7, 22, 36, 56, 6, 34,
+    19, 18, 63, 25, 44, 51, 0, 37, 35, 16, 60, 15, 46, 32, 39, 4, 1, 53, 26, 41, 50, 10, 59, 14, 12, 40, 62, 21, 34, 38, 6, 36,
+    3, 28, 55, 43, 23, 29, 56, 9, 5, 45, 57, 30, 42, 2, 49, 27, 48, 20, 52, 8, 17, 61, 24, 31, 22, 58, 33, 13, 47, 54, 7, 11,
 )
 # fmt: on
 STEPS = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)  # fill a cube evenly: how the sphere turns for more points
