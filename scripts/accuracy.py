@@ -295,8 +295,8 @@ def subsurface(options: Namespace, engines: list["Engine"]) -> Iterator[Section]
         yield Section(steps(engines, options.quick), {title: study.table})
 
 
-def thin(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
-    """Hold the light that Realtime has through slabs of skin and the face's ears against Cycles."""
+def thin(_options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
+    """Hold the light that Realtime and Cycles have through slabs of skin against radiative transfer."""
     from true_diffuse.addon.blender.engines import CYCLES, EEVEE, REALTIME
     from true_diffuse.scripts.studies import thin as study
 
@@ -304,20 +304,20 @@ def thin(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
         raise BadInput("light through skin needs EEVEE's graphics driver")
     register_realtime()
     used = [CYCLES, REALTIME] if CYCLES in engines else [REALTIME]
-    yield Section(study.slabs(used), {"What of the light comes through a slab of skin, lit from behind": study.table})
-    if not options.quick:
-        steps = study.ears(load_character("human"), used)
-        yield Section(steps, {"Radiance of the face's ears": study.table})
+    yield Section(study.steps(used), {"What of the light comes through a slab of skin, lit from behind": study.table})
 
 
 def ears(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
-    """Hold EEVEE's light through ears against Cycles, in light and dark skin."""
+    """Hold the light that EEVEE and Realtime have through ears against Cycles, in light and dark skin, and time EEVEE's."""
     from true_diffuse.scripts.studies import ears as study
 
     if len(engines) < len(NODE_ENGINES):
         raise BadInput("EEVEE and Cycles are both needed to hold them against each other")
-    title = "Radiance of skin under a key light and one from behind, red, green and blue, EEVEE / Cycles (RMS difference)"
-    yield Section(study.steps(load_character("human"), options.quick), {title: study.table})
+    register_realtime()
+    mesh = load_character("human")
+    title = "Radiance of skin under a key light and one from behind, red, green and blue, over that in Cycles (RMS difference)"
+    yield Section(study.steps(mesh, options.quick), {title: study.table})
+    yield Section(study.costs(mesh), {"What EEVEE takes for a head of skin": study.table_of_costs})
 
 
 def usd(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:

@@ -554,7 +554,10 @@ def test_edge_of_a_shadow_is_as_wide_as_on_the_medium(pixels: float) -> None:
 
 
 def test_scattering_stays_within_its_object() -> None:
-    """A lit square beside one that the sun grazes from behind: nothing gets to the dark one, and the other lacks nothing."""
+    """A lit square beside one that the sun grazes from behind: nothing gets to the dark one, and the other lacks nothing.
+
+    To 1 %, as along its edges what the pixels do not show is estimated from the light's map.
+    """
     scene = empty_scene(32)
     shown = skin()
     add(scene, square(1.0, shown), Matrix.Translation((-1.0, 0.0, 0.0)))
@@ -563,7 +566,7 @@ def test_scattering_stays_within_its_object() -> None:
     add_light(scene, "SUN", Matrix.Rotation(math.radians(-45.0), 4, "Y"), energy=math.pi, angle=0.0, use_shadow=False)
     got = drawn(scene)[::3]
     lit = COLOR[0] * math.cos(math.radians(45.0))
-    assert min(got) == 0.0 and all(value == 0.0 or value == pytest.approx(lit, rel=ROUND) for value in got)
+    assert min(got) == 0.0 and all(value == 0.0 or value == pytest.approx(lit, rel=0.01) for value in got)
     assert sum(value > 0.0 for value in got) == len(got) / 2
 
 

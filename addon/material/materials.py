@@ -65,7 +65,8 @@ def set_thickness(material: bpy.types.Material) -> None:
     if output is None:
         return
     socket = output.inputs["Thickness"]
-    now = socket.links[0].from_node if socket.is_linked else None
+    # `socket.links` would sort, which takes as long as all the rest
+    now = next((link.from_node for link in tree.links if link.to_socket == socket), None) if socket.is_linked else None
     is_thick = now is not None and now.label == THICK_LABEL
     is_medium = now is not None and not is_thick and key_and_version(now)[0] == SUBSURFACE.key
     if now is not None and not (is_thick or is_medium):

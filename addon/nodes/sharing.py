@@ -31,7 +31,15 @@ def share(copies: Iterable[bpy.types.ShaderNodeTree]) -> list[bpy.types.ShaderNo
 
 
 def copies_in(trees: Sequence[bpy.types.NodeTree]) -> list[bpy.types.ShaderNodeTree]:
-    """Return the groups of ours in the nodes of `trees` that are not the first of their kind in the file, in the order of names."""
+    """Return the groups of ours in the nodes of `trees` that are not the first of their kind in the file.
+
+    Those inside other groups of ours count where one outside of them is a copy: Blender makes no others, and there are many nodes.
+    """
+    outer = _copies_in(tree for tree in trees if GROUP_ID not in tree)
+    return _copies_in(trees) if outer else []
+
+
+def _copies_in(trees: Iterable[bpy.types.NodeTree]) -> list[bpy.types.ShaderNodeTree]:
     used = {node.node_tree for tree in trees for node in tree.nodes if node.type == "GROUP" and node.node_tree}
     ours = [tree for tree in used if GROUP_ID in tree and tree.library is None]
     return [tree for tree in ours if next(other for other in bpy.data.node_groups if _is_same(other, tree)) != tree]

@@ -17,6 +17,7 @@ from true_diffuse.scenes.elements import add
 from true_diffuse.scripts.studies.study import Step, Table
 
 OBJECTS = 5000
+MATERIALS = 500
 ROUNDS = 21
 LISTS = ("depsgraph_update_post", "frame_change_post")
 MANY: dict[str, tuple[Group, dict[str, Setting]]] = {
@@ -88,9 +89,30 @@ def updates(name: str) -> Iterator[Record]:
         yield {"scene": f"{OBJECTS} objects, {name}", "what": what, **measured(act)}
 
 
+def updates_of_materials(name: str) -> Iterator[Record]:
+    """Yield what it takes to move the chosen light, and an input's slider, where many objects have materials of their own."""
+    scene = scene_of(OBJECTS)
+    group, inputs = MANY[name]
+    for item in scene.objects[:MATERIALS]:
+        item.data = item.data.copy()
+        item.data.materials[0] = materials.create(name, group, **inputs)
+    node = scene.objects[0].data.materials[0].node_tree.nodes[group.name]
+
+    def turn(index: int) -> None:
+        scene.objects["Sun"].rotation_euler.x = 0.1 * index
+        scene.view_layers[0].update()
+
+    def slide(index: int) -> None:
+        node.inputs["Roughness"].default_value = 0.01 * index
+        scene.view_layers[0].update()
+
+    for what, act in (("the chosen light moves", turn), ("an input changes", slide)):
+        yield {"scene": f"{OBJECTS} objects, {MATERIALS} materials, {name}", "what": what, **measured(act)}
+
+
 def steps() -> list[Step]:
-    """Return a step for each material of many objects."""
-    return [Step(name, partial(updates, name)) for name in MANY]
+    """Return steps for each material, of many objects and many times over."""
+    return [Step(name, partial(measure, name)) for measure in (updates, updates_of_materials) for name in MANY]
 
 
 def table(found: Sequence[Record]) -> Table:

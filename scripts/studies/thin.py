@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light that comes through skin, in Cycles and Realtime: through slabs of it and through the ears of the face, without bounces."""
+"""Light that comes through slabs of skin in Cycles and Realtime, against the integral equation of radiative transfer."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -18,8 +18,6 @@ from true_diffuse.addon.measure import render
 from true_diffuse.addon.measure.record import Record
 from true_diffuse.addon.nodes import SUBSURFACE
 from true_diffuse.scenes.elements import add, add_sun
-from true_diffuse.scripts.characters import face
-from true_diffuse.scripts.studies import face as face_study
 from true_diffuse.scripts.studies.slab_transmittance import transmittance
 from true_diffuse.scripts.studies.study import Step, Table, pivot
 
@@ -28,10 +26,7 @@ SKINS = ("fair_skin", "deep_skin")  # presets
 THICKNESSES = (0.5, 1.0, 2.0, 5.0)  # mm
 WIDTH, VIEW, SIZE = 60.0, 4.0, 16  # mm across a slab and its picture, and pixels
 SLAB_SAMPLES = {CYCLES.key: 1024, REALTIME.key: 64}
-EAR_SAMPLES = {CYCLES.key: 256, REALTIME.key: 64}
-EAR_MARGIN = 4  # pixels
 SEED = 3
-HEIGHT = 480  # pixels of the face's picture
 
 
 def skin(preset: str) -> bpy.types.Material:
@@ -76,7 +71,7 @@ def expected(preset: str, thickness: float) -> list[float]:
     return [transmittance(1.0 - BEAM.s(darkened(color[channel])) ** 2, thickness / path[channel], MU) for channel in range(3)]
 
 
-def slabs(engines: Sequence[Engine]) -> list[Step]:
+def steps(engines: Sequence[Engine]) -> list[Step]:
     """Return steps that yield what slabs of skin let through."""
 
     def measure(preset: str, thickness: float) -> Iterator[Record]:
@@ -87,31 +82,6 @@ def slabs(engines: Sequence[Engine]) -> list[Step]:
             yield _record(f"{preset}, {thickness:g} mm", engine.label, rgb)
 
     return [Step(f"Slab  {name}  {h:g} mm", partial(measure, name, h)) for name in SKINS for h in THICKNESSES]
-
-
-def ears(mesh: bpy.types.Mesh, engines: Sequence[Engine]) -> list[Step]:
-    """Return steps that yield the mean radiance of the face's ears [W/(m^2 sr)]: of the scene's own skins, and of SKINS."""
-    stage = face.build(mesh, closeup=True, resolution=(HEIGHT * 5 // 2, HEIGHT))
-    head = next(one for one in stage.heads if one.look.name == "bssrdf")
-    skins = {one.look.name: one.subject.material_slots[2].material for one in stage.heads} | {name: skin(name) for name in SKINS}
-    visible = face_study.regions_of(stage, head)["ears"]
-
-    def measure(name: str) -> Iterator[Record]:
-        head.subject.material_slots[2].material = skins[name]
-        for engine in engines:
-            with render.measurement_scene(stage.scene, head.subject, *stage.lights, shadows=True) as scene:
-                whole = render.cropped(scene)
-                places = [(pixel % whole.width, pixel // whole.width) for pixel in visible]
-                xs, ys = zip(*places, strict=True)
-                left, right = min(xs) - EAR_MARGIN, max(xs) + EAR_MARGIN + 1
-                top, bottom = min(ys) - EAR_MARGIN, max(ys) + EAR_MARGIN + 1
-                region = render.Region(whole.x + left, whole.y + whole.height - bottom, right - left, bottom - top)
-                render.crop(scene, region)
-                _, rgb = render.radiance(scene, engine, EAR_SAMPLES[engine.key], SEED)
-            pixels = [3 * ((y - top) * region.width + x - left) for x, y in places]
-            yield _record(f"ears, {name}", engine.label, [fmean(rgb[p + channel] for p in pixels) for channel in range(3)])
-
-    return [Step(f"Ears  {name}", partial(measure, name), 4.0) for name in skins]
 
 
 def _record(case: str, source: str, rgb: Sequence[float]) -> Record:
