@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Realtime's light of a world that varies against Cycles: each model on a sphere under skies with a sun, and under an even one."""
+"""Realtime's light of a world that varies against Cycles: each model on a sphere under skies with a sun, and under an even one.
+
+And what metal and a coat reflect of it, as they are rough.
+"""
 
 import math
 from array import array
@@ -28,10 +31,17 @@ SAMPLES = (1, 16)  # Realtime's
 DIRECTIONS, EVERY = 512, 5  # of the sum over the sky, and of the pixels it is made for
 GOLDEN_RATIO = 0.618033988749895
 SUN_ELEVATION, SUN_ROTATION = math.radians(35.0), math.radians(140.0)  # of the Sky Texture
+DUSK_ELEVATION = -2.0  # degrees
 SKY_STRENGTH = 0.1
 IMAGE_WIDTH = 256  # pixels around
 SUN_PIXEL, SUN_RADIANCE = (96, 96), (3e4, 2.7e4, 2e4)  # 45 degrees high; it shines as much as the rest of the image, three times
 GROUND, ZENITH, HORIZON = (0.2, 0.15, 0.1), (0.3, 0.4, 0.7), (0.3, 0.3, 0.0)
+GLOSSY = {
+    **{f"Metal, roughness {rough}": {"Metallic": 1.0, "Roughness": rough} for rough in (0.1, 0.3, 0.6, 1.0)},
+    "Specular, roughness 0.3": {"Roughness": 0.3},
+    "Coat, roughness 0.1": {"Roughness": 1.0, "Specular IOR Level": 0.0, "Coat Weight": 1.0, "Coat Roughness": 0.1},
+}
+"""Inputs of a Principled BSDF."""
 
 
 def sky_texture() -> bpy.types.World:
@@ -41,6 +51,14 @@ def sky_texture() -> bpy.types.World:
     sky.sun_elevation, sky.sun_rotation = SUN_ELEVATION, SUN_ROTATION
     background.inputs["Strength"].default_value = SKY_STRENGTH
     world.node_tree.links.new(sky.outputs["Color"], background.inputs["Color"])
+    return world
+
+
+def dusk() -> bpy.types.World:
+    """Return a world of the sky just after the sun has set, without its disc."""
+    world = sky_texture()
+    sky = next(node for node in world.node_tree.nodes if node.type == "TEX_SKY")
+    sky.sun_disc, sky.sun_elevation = False, math.radians(DUSK_ELEVATION)
     return world
 
 
@@ -126,6 +144,7 @@ def _world(name: str) -> tuple[bpy.types.World, bpy.types.Node]:
 
 WORLDS: Mapping[str, partial[bpy.types.World]] = {
     "sky texture": partial(sky_texture),
+    "dusk": partial(dusk),
     "image": partial(image),
     "even": partial(even),
 }
@@ -137,17 +156,21 @@ def steps(sphere: SphereUnderSun, quick: bool) -> list[Step]:
     made = cache(lambda name: WORLDS[name]())
     pixels = [pixel for pixel, good in enumerate(sphere.surface().measurable) if good]
 
-    def measure(name: str, model: str) -> Iterator[Record]:
-        parameter = MODELS[model].parameter
-        shape = {parameter.socket: parameter.usual if parameter is IOR else ROUGHNESS} if parameter else {}
-        material = materials.create(model, ROUGH_DIFFUSE, Color=COLOR, Model=MODELS[model].label, **shape)
+    def differences(name: str, surface: str, material: bpy.types.Material) -> Iterator[Record]:
         _, expected = sphere.radiance(material, [], made(name), engines.CYCLES, QUICK_NOISELESS if quick else NOISELESS)
         for samples in SAMPLES:
             _, got = sphere.radiance(material, [], made(name), engines.REALTIME, samples)
             rms = error.difference(got, expected, pixels)
-            yield {"world": name, "model": model, "samples": samples, "rms_difference": rms}
+            yield {"world": name, "model": surface, "samples": samples, "rms_difference": rms}
+
+    def measure(name: str, model: str) -> Iterator[Record]:
+        parameter = MODELS[model].parameter
+        shape = {parameter.socket: parameter.usual if parameter is IOR else ROUGHNESS} if parameter else {}
+        material = materials.create(model, ROUGH_DIFFUSE, Color=COLOR, Model=MODELS[model].label, **shape)
+        yield from differences(name, model, material)
         if name == "image":
-            yield {"world": name, "model": model, "samples": samples, "rms_error": error_of(got, MODELS[model], shape)}
+            _, got = sphere.radiance(material, [], made(name), engines.REALTIME, SAMPLES[-1])
+            yield {"world": name, "model": model, "samples": SAMPLES[-1], "rms_error": error_of(got, MODELS[model], shape)}
 
     def error_of(got: array[float], model: ReflectanceModel, shape: Mapping[str, float]) -> float:
         """Return the RMS error of some pixels of a picture, from the formula itself."""
@@ -160,8 +183,17 @@ def steps(sphere: SphereUnderSun, quick: bool) -> list[Step]:
             expected[channels] = array("f", from_formula(model.reference(shape), tuple(normal), tuple(view)))
         return error.difference(got, expected, some)
 
+    def measure_gloss(name: str, surface: str) -> Iterator[Record]:
+        material = bpy.data.materials.new(surface)
+        node = material.node_tree.nodes["Principled BSDF"]
+        node.inputs["Base Color"].default_value = COLOR
+        for socket, value in GLOSSY[surface].items():
+            node.inputs[socket].default_value = value
+        yield from differences(name, surface, material)
+
     worlds = ["image"] if quick else WORLDS
-    return [Step(f"{name}  {model}", partial(measure, name, model)) for name in worlds for model in MODELS]
+    models = [Step(f"{name}  {model}", partial(measure, name, model)) for name in worlds for model in MODELS]
+    return models + [Step(f"{name}  {surface}", partial(measure_gloss, name, surface)) for name in worlds for surface in GLOSSY]
 
 
 def table(records: Sequence[Record]) -> Table:
@@ -172,9 +204,10 @@ def table(records: Sequence[Record]) -> Table:
         return f"{100.0 * one.get('rms_difference', one.get('rms_error')):.2f} %"
 
     def row(one: Record) -> tuple[str, ...]:
-        return MODELS[one["model"]].label, one["world"]
+        surface = one["model"]
+        return MODELS[surface].label if surface in MODELS else surface, one["world"]
 
     def column(one: Record) -> str:
         return f"{one['samples']} samples" if "rms_difference" in one else "from the formula"
 
-    return pivot(records, ("Model", "World"), row, column, cell)
+    return pivot(records, ("Surface", "World"), row, column, cell)
