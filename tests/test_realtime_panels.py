@@ -242,7 +242,13 @@ def colored_by_nodes() -> None:
     emission.inputs["Strength"].default_value = 2.0
 
 
+def sharp() -> None:
+    bpy.context.scene.render.use_motion_blur = True
+    link("Sharp", bpy.data.meshes.new("Sharp")).cycles.use_motion_blur = False
+
+
 SETTINGS = {
+    "motion blur is not switched off for single objects (1): Sharp": sharp,
     "cameras that are neither perspective nor orthographic are not rendered (1): Camera": panoramic,
     "spherical stereo is not drawn (1): Camera": spherical,
     "passes stay empty (1): Mist": with_passes,

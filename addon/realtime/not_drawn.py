@@ -109,7 +109,7 @@ def of_settings(depsgraph: bpy.types.Depsgraph) -> Iterator[Omission]:
     else:
         items = list({instance.object.original: instance.object for instance in depsgraph.object_instances}.values())
     for item in items:
-        for icon, what in _of_light(item) if item.type == "LIGHT" else _of_object(item):
+        for icon, what in _of_light(item) if item.type == "LIGHT" else _of_object(item, scene.render.use_motion_blur):
             yield Omission(icon, what, item.name)
 
 
@@ -139,12 +139,14 @@ def _of_camera(camera: bpy.types.Camera, is_stereoscopic: bool) -> Iterator[str]
         yield "spherical stereo is not drawn"
 
 
-def _of_object(item: bpy.types.Object) -> Iterator[tuple[str, str]]:
-    """Yield an icon and what is not drawn of an object that is no light."""
+def _of_object(item: bpy.types.Object, is_blurred: bool) -> Iterator[tuple[str, str]]:
+    """Yield an icon and what is not drawn of an object that is no light; `is_blurred`: by motion, as the scene says."""
     if item.type == "LIGHT_PROBE":
         yield "OUTLINER_OB_LIGHTPROBE", "light probes are not drawn"
     if item.is_shadow_catcher:
         yield "OBJECT_DATA", "shadow catchers are drawn as other objects"
+    if is_blurred and hasattr(item, "cycles") and not item.cycles.use_motion_blur:
+        yield "OBJECT_DATA", "motion blur is not switched off for single objects"
 
 
 def _of_light(item: bpy.types.Object) -> Iterator[tuple[str, str]]:
