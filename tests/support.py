@@ -15,7 +15,9 @@ import bpy
 
 import pytest
 
+from true_diffuse.addon.blender import engines
 from true_diffuse.addon.blender.id_properties import BUILT_FINGERPRINT, SPECIALIZED_FOR
+from true_diffuse.addon.measure import render
 from true_diffuse.addon.models import MODELS, Formula
 
 USUAL = {"Roughness": 0.5, "IOR": 1.5}
@@ -51,6 +53,17 @@ def wait_for[Found](find: Callable[[], Found], seconds: float = 120.0) -> Found:
         assert time.monotonic() - start < seconds, "what was waited for did not come"
         time.sleep(0.02)
     return found
+
+
+def scene_at_centers(width: int, height: int) -> bpy.types.Scene:
+    """Return the scene for pictures of so many pixels, all samples at their centers, without bounces and background."""
+    scene = bpy.context.scene
+    settings = scene.render
+    settings.resolution_x, settings.resolution_y = width, height
+    settings.film_transparent, settings.filter_size = True, 0.0
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", render.CENTER
+    engines.leave_out_bounces(scene)
+    return scene
 
 
 def specialize(node: bpy.types.Node) -> None:

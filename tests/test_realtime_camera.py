@@ -11,6 +11,7 @@ import bmesh
 import pytest
 from mathutils import Matrix, Vector
 
+from support import scene_at_centers
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.measure import render
 from true_diffuse.addon.realtime.lens import Lens
@@ -25,12 +26,7 @@ ROUND = 1e-5  # of sums of 32-bit floats
 
 def scene_of(size: int = SIZE, lens: float = 50.0) -> bpy.types.Scene:
     """Return an empty scene of a camera at the origin that looks along -Z, whose samples are all at the pixels' centers."""
-    scene = bpy.context.scene
-    settings = scene.render
-    settings.resolution_x = settings.resolution_y = size
-    settings.film_transparent, settings.filter_size = True, 0.0
-    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", render.CENTER
-    engines.leave_out_bounces(scene)
+    scene = scene_at_centers(size, size)
     data = bpy.data.cameras.new("Camera")
     data.lens = lens
     scene.camera = add(scene, "Camera", data)

@@ -15,6 +15,7 @@ import bmesh
 import pytest
 from mathutils import Matrix, Vector
 
+from support import scene_at_centers
 from true_diffuse.addon import models
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.closures import subsurface_fit
@@ -55,13 +56,7 @@ def material(name: str, color: Sequence[float] = COLOR) -> bpy.types.Material:
 
 def empty_scene(size: int = SIZE) -> bpy.types.Scene:
     """Return the scene with nothing in it, of pictures whose samples are all at the pixels' centers."""
-    scene = bpy.context.scene
-    settings = scene.render
-    settings.resolution_x = settings.resolution_y = size
-    settings.film_transparent, settings.filter_size = True, 0.0
-    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", render.CENTER
-    engines.leave_out_bounces(scene)
-    return scene
+    return scene_at_centers(size, size)
 
 
 def add(scene: bpy.types.Scene, data: bpy.types.ID, matrix: Matrix | None = None) -> bpy.types.Object:

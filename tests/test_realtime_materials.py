@@ -13,6 +13,7 @@ import bmesh
 import pytest
 from mathutils import Matrix, Vector
 
+from support import scene_at_centers
 from true_diffuse.addon.blender import engines
 from true_diffuse.addon.material import materials
 from true_diffuse.addon.measure import render
@@ -52,12 +53,7 @@ def panel(shown: bpy.types.Material) -> bpy.types.Mesh:
 
 def row(shown: Sequence[bpy.types.Material], item: Callable[[bpy.types.Material], bpy.types.Mesh] = ball) -> bpy.types.Scene:
     """Return a scene of items side by side, each of a material, under a sun; they do not shade each other."""
-    scene = bpy.context.scene
-    settings = scene.render
-    settings.resolution_x, settings.resolution_y = SIZE * len(shown), SIZE
-    settings.film_transparent, settings.filter_size = True, 0.0
-    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", render.CENTER
-    engines.leave_out_bounces(scene)
+    scene = scene_at_centers(SIZE * len(shown), SIZE)
     for place, material in enumerate(shown):
         material.cycles.use_bump_map_correction = False  # which dims light at grazing angles, in Cycles alone
         made = bpy.data.objects.new("Item", item(material))
