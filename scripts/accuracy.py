@@ -410,7 +410,7 @@ MEASURES: dict[str, Measure] = {
         animation,
     )
 }
-HOURS = ("soft",)  # what takes so long that it is measured alone
+LONG = ("soft",)  # what takes so long that it is measured alone
 
 
 def main() -> int:
@@ -446,8 +446,8 @@ def measure(options: Namespace, output: OutputFolder, terminal: Terminal) -> Non
 
     records = []
     for key in [options.only] if options.only else MEASURES:
-        if key in HOURS and not options.only and not options.quick:
-            terminal.say(f"{key} is left out, as it takes hours: --only {key} measures it, --quick a little of it")
+        if key in LONG and not options.only and not options.quick:
+            terminal.say(f"{key} is left out, as it takes up to an hour: --only {key} measures it, --quick a little of it")
             continue
         empty_file()  # none may inherit another's scene: `rough` ends with Open Shading Language on
         try:
