@@ -8,3 +8,4 @@ LIGHT_TYPES = "true_diffuse_light_types"  # of a tree of chosen lights: the type
 CONVERTED_FROM = "true_diffuse_converted_from"  # of a node of ours: what it was before, see `material.original.Original`
 THICKNESS_CHANGED = "true_diffuse_thickness_changed"  # of a material: we have switched its Thickness From Shadow on
 THICKNESS_OF = "true_diffuse_thickness_of"  # of a material: the name of the node for which we have set its Thickness
+MATERIAL_MARKS = (THICKNESS_CHANGED, THICKNESS_OF)  # all that materials have

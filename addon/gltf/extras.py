@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
+from ..blender.id_properties import MATERIAL_MARKS
 from ..material import node_record
 from ..material.restore import NAMES, UNNAMED, kept, nodes_of
 from . import diffuse_roughness
@@ -80,9 +81,9 @@ class Extras:
         self._names: dict[int, Names] = {}
 
     def add_material(self, gltf_material: "Material", material: bpy.types.Material) -> None:
-        """Add the extras to one of our materials; `write` fills them."""
-        data = Kept()
-        gltf_material.extras = (gltf_material.extras or {}) | {KEY: data}
+        """Add the extras to one of our materials, beside the artist's custom properties; `write` fills them."""
+        data, own = Kept(), gltf_material.extras or {}
+        gltf_material.extras = {key: value for key, value in own.items() if key not in MATERIAL_MARKS} | {KEY: data}
         self._materials.append((material.original, data))
 
     def add_image(self, image: "Image", export_image: "ExportImage", settings: dict) -> None:
