@@ -20,8 +20,8 @@ QUALITY = Socket("Quality", "NodeSocketMenu", "Speed or accuracy in EEVEE; Cycle
 QUALITIES = {
     BALANCED: "Close to the model under every light, without noise of its own",
     FAST: "EEVEE: the fastest and least accurate. Cycles: the same as Balanced",
-    PRECISE: "EEVEE: the most accurate under every light, large ones and skies too, for two to three times the render time. "
-    "Cycles: the same as Balanced",
+    PRECISE: "EEVEE: the most accurate under every light, large ones and skies too, "
+    "for one and a half to four times the render time. Cycles: the same as Balanced",
     CHOSEN_LIGHTS: f"Exact for up to four lights: select them, then {MENU_PATH}. "
     f"{', '.join(model.label for model in MODELS.values() if not model.has_single_light)}: the same as {BALANCED}",
 }

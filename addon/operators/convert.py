@@ -22,7 +22,7 @@ def _qualities() -> tuple[tuple[str, str, str], ...]:
 
     return (
         (BALANCED, BALANCED, "EEVEE close to Cycles, for little more render time"),
-        (PRECISE, PRECISE, "EEVEE closest to Cycles under every light, for two to three times the render time"),
+        (PRECISE, PRECISE, "EEVEE closest to Cycles under every light, for one and a half to four times the render time"),
     )
 
 
