@@ -67,8 +67,7 @@ def engines(_options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     from true_diffuse.scenes.sphere import sphere_under_sun
     from true_diffuse.scripts.studies import rough as study
 
-    if len(engines) < len(NODE_ENGINES):
-        raise BadInput("EEVEE and Cycles are both needed to hold them against each other")
+    require_both(engines)
     steps = study.between_engines(sphere_under_sun(BOTH_SIZE))
     yield Section(steps, {"RMS difference of EEVEE from Cycles, in %": study.between_engines_table})
 
@@ -78,8 +77,7 @@ def soft(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     from true_diffuse.scenes.sphere import sphere_under_sun
     from true_diffuse.scripts.studies import rough as study
 
-    if len(engines) < len(NODE_ENGINES):
-        raise BadInput("EEVEE and Cycles are both needed to hold them against each other")
+    require_both(engines)
     steps = study.soft(sphere_under_sun(BOTH_SIZE), options.quick)
     title = "RMS difference of EEVEE from Cycles under an area light, in %"
     yield Section(steps, {title: study.soft_table, "The same, beyond Lambert's": study.beyond_lambert_table})
@@ -89,9 +87,7 @@ def shadows(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Hold True Diffuse Realtime against Cycles under lights with a size, by the number of samples."""
     from true_diffuse.scripts.studies import soft_shadows as study
 
-    if len(engines) < len(NODE_ENGINES):
-        raise BadInput("Cycles and EEVEE's graphics driver are both needed")
-    register_realtime()
+    register_beside_cycles(engines)
     title = "RMS difference of Realtime from Cycles: of all pixels / without the worst 1 % / in the mean"
     yield Section(study.steps(load_character("human"), options.quick), {title: study.table})
 
@@ -100,9 +96,7 @@ def camera(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Hold depth of field, motion blur and hair of True Diffuse Realtime against Cycles, by the number of samples."""
     from true_diffuse.scripts.studies import camera as study
 
-    if len(engines) < len(NODE_ENGINES):
-        raise BadInput("Cycles and EEVEE's graphics driver are both needed")
-    register_realtime()
+    register_beside_cycles(engines)
     title = "RMS difference of Realtime from Cycles: of all pixels / without the worst 1 %"
     yield Section(study.steps(load_character("human"), options.quick), {title: study.table})
 
@@ -111,9 +105,7 @@ def skies(_options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Hold the Sky Texture of True Diffuse Realtime, and its sun, against Cycles."""
     from true_diffuse.scripts.studies import skies as study
 
-    if len(engines) < len(NODE_ENGINES):
-        raise BadInput("Cycles and EEVEE's graphics driver are both needed")
-    register_realtime()
+    register_beside_cycles(engines)
     yield Section(study.steps(), {"Difference of Realtime from Cycles: RMS of skies, light of suns": study.table})
 
 
@@ -122,9 +114,7 @@ def world(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     from true_diffuse.scenes.sphere import sphere_under_sun
     from true_diffuse.scripts.studies import world as study
 
-    if len(engines) < len(NODE_ENGINES):
-        raise BadInput("Cycles and EEVEE's graphics driver are both needed")
-    register_realtime()
+    register_beside_cycles(engines)
     steps = study.steps(sphere_under_sun(BOTH_SIZE), options.quick)
     yield Section(steps, {"RMS difference of Realtime from Cycles under a sky": study.table})
 
@@ -133,9 +123,7 @@ def bounce(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Hold True Diffuse Realtime's bounce of light against Cycles with one bounce, by the number of samples."""
     from true_diffuse.scripts.studies import bounce as study
 
-    if len(engines) < len(NODE_ENGINES):
-        raise BadInput("Cycles and EEVEE's graphics driver are both needed")
-    register_realtime()
+    register_beside_cycles(engines)
     title = "RMS difference of Realtime from Cycles with one bounce / in the mean, and milliseconds per sample"
     yield Section(study.steps(load_character("human"), options.quick), {title: study.table})
 
@@ -311,8 +299,7 @@ def ears(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
     """Hold the light that EEVEE and Realtime have through ears against Cycles, in light and dark skin, and time EEVEE's."""
     from true_diffuse.scripts.studies import ears as study
 
-    if len(engines) < len(NODE_ENGINES):
-        raise BadInput("EEVEE and Cycles are both needed to hold them against each other")
+    require_both(engines)
     register_realtime()
     mesh = load_character("human")
     title = "Radiance of skin under a key light and one from behind, red, green and blue, over that in Cycles (RMS difference)"
@@ -369,6 +356,19 @@ def animation(options: Namespace, engines: list["Engine"]) -> Iterator[Section]:
         used.append(REALTIME)
     title = "Frames of a film: difference from stills, noise, flicker"
     yield Section(study.steps(used, options.samples, SIZE // 2), {title: study.table})
+
+
+def require_both(engines: list["Engine"]) -> None:
+    """Raise BadInput unless EEVEE and Cycles are both among `engines`."""
+    if len(engines) < len(NODE_ENGINES):
+        raise BadInput("EEVEE and Cycles are both needed to hold them against each other")
+
+
+def register_beside_cycles(engines: list["Engine"]) -> None:
+    """Register True Diffuse Realtime, to be held against Cycles. Raises BadInput where `engines` are not both there."""
+    if len(engines) < len(NODE_ENGINES):
+        raise BadInput("Cycles and EEVEE's graphics driver are both needed")
+    register_realtime()
 
 
 def check_usd(file: Path) -> list["Record"]:

@@ -95,21 +95,25 @@ class SceneBounds:
     @cached_property
     def _detail(self) -> list[Enclosure]:
         """What encloses the visible objects that are not WIDE."""
-        shown = [placed for placed in self._shown if placed[0].hull]
-        self.ranges |= {placed: _range(*placed) for placed in shown if placed not in self.ranges}
-        if not shown:
-            return []
-        least = WIDE * _longest(_union([self.ranges[placed] for placed in shown]))
-        return self._enclosing([placed for placed in shown if _longest(self.ranges[placed]) < least])
+        ranges = self._ranges_of(self._shown)
+        least = _least_wide(ranges)
+        return self._enclosing([placed for placed, ends in ranges.items() if _longest(ends) < least])
+
+    def _ranges_of(self, all_placed: Collection[Placed]) -> dict[Placed, Range]:
+        """Return the ranges of those that have a hull; each is found once."""
+        ranges = {}
+        for placed in all_placed:
+            if placed[0].hull:
+                if placed not in self.ranges:
+                    self.ranges[placed] = self._before.get(placed) or _range(*placed)
+                ranges[placed] = self.ranges[placed]
+        return ranges
 
     def _enclosing(self, all_placed: Collection[Placed]) -> list[Enclosure]:
         """Return what encloses them: the meshes' hulls or, where those have too many triangles, boxes around groups."""
         if sum(len(mesh.hull) for mesh, _ in all_placed) <= 3 * MAX_TRIANGLES:
             return [_hull(*placed) for placed in all_placed]
-        for placed in all_placed:
-            if placed not in self.ranges and placed[0].hull:
-                self.ranges[placed] = self._before.get(placed) or _range(*placed)
-        ranges = {placed: self.ranges[placed] for placed in all_placed if placed[0].hull}
+        ranges = self._ranges_of(all_placed)
         wide = _wide(ranges)
         found = [_hull(*placed) for placed in wide]
         shared = [ends for placed, ends in ranges.items() if placed not in wide]
@@ -148,13 +152,18 @@ def _range(mesh: Geometry, place: bytes) -> Range:
 def _wide(ranges: Mapping[Placed, Range]) -> set[Placed]:
     """Return the widest of the objects that have `ranges`, with at most half of MAX_TRIANGLES."""
     sizes = {placed: _longest(ends) for placed, ends in ranges.items()}
-    least, left, wide = WIDE * _longest(_union(ranges.values())), MAX_TRIANGLES // 2, set()
+    least, left, wide = _least_wide(ranges), MAX_TRIANGLES // 2, set()
     for placed, size in sorted(sizes.items(), key=lambda item: -item[1]):
         left -= len(placed[0].hull) // 3
         if size < least or left < 0:
             break
         wide.add(placed)
     return wide
+
+
+def _least_wide(ranges: Mapping[Placed, Range]) -> float:
+    """Return the side from which on an object of `ranges` is WIDE [m]; 0 where there is none."""
+    return WIDE * _longest(_union(ranges.values())) if ranges else 0.0
 
 
 def _longest(ends: Range) -> float:

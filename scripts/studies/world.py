@@ -6,7 +6,7 @@ And what metal and a coat reflect of it, as they are rough.
 
 import math
 from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, partial
 
 import bpy
@@ -142,11 +142,11 @@ def _world(name: str) -> tuple[bpy.types.World, bpy.types.Node]:
     return world, background
 
 
-WORLDS: Mapping[str, partial[bpy.types.World]] = {
-    "sky texture": partial(sky_texture),
-    "dusk": partial(dusk),
-    "image": partial(image),
-    "even": partial(even),
+WORLDS: Mapping[str, Callable[[], bpy.types.World]] = {
+    "sky texture": sky_texture,
+    "dusk": dusk,
+    "image": image,
+    "even": even,
 }
 
 
